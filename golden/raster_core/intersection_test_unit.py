@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from golden import params
-from golden.raster_core.subtile_compute_unit import setup
+from golden.raster_core.ellipse_setup import setup
 
 NARROW = params.STEP_F - params.ITU_F
 

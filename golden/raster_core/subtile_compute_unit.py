@@ -5,18 +5,8 @@ from __future__ import annotations
 import numba
 
 from golden import params
-from golden.fixed import half_up, sat_s
+from golden.fixed import half_up
 from golden.raster_core.exp2_unit import exp2
-
-
-@numba.njit(inline="always", cache=True)
-def setup(a, b, c, mean_x, mean_y, x0, y0):
-    """(U0, V0), SQ8.20: u and v at the centre of pixel (x0, y0), saturated. Footprint and mean in record codes."""
-    dx = (x0 << params.MEAN_F) + (1 << (params.MEAN_F - 1)) - mean_x
-    dy = (y0 << params.MEAN_F) + (1 << (params.MEAN_F - 1)) - mean_y
-    u = sat_s(half_up(a * dx + b * dy, params.MEAN_F), params.STEP_W)
-    v = sat_s(half_up(c * dy, params.MEAN_F), params.STEP_W)
-    return u, v
 
 
 @numba.njit(inline="always", cache=True)
