@@ -1,0 +1,1 @@
+"""Benches: cocotb against the golden model, one folder per core."""

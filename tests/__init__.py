@@ -1,0 +1,1 @@
+"""Tests: builds of the benches, and everything that needs no simulator."""

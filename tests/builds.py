@@ -1,0 +1,153 @@
+"""Builds and runs the benches: every tb/**/test_*.py with TOP, and optionally PARAMETERS and SIMULATORS.
+
+python -m tests.builds tb.common.test_skid [--sim icarus] [--set WIDTH=8] [--test NAME] [--waves]
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import importlib
+import os
+import re
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from golden import toolchain
+from golden.errors import InputError
+
+ROOT = Path(__file__).resolve().parent.parent
+SIMULATORS = ("verilator", "icarus")
+BUILD_ARGS = {
+    # unknown values are random, from the seed given at the start of the simulation
+    "verilator": ["-Wall", "-O3", "--x-assign", "unique", "--x-initial", "unique"],
+    "icarus": ["-g2005", "-Wall"],
+}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One build: a bench, the module it drives, and that module's parameters."""
+
+    top: str
+    bench: str
+    parameters: dict[str, int] = field(default_factory=dict)
+    simulators: tuple[str, ...] = SIMULATORS
+
+    @property
+    def label(self) -> str:
+        """Readable name, also of the build folder."""
+        text = ",".join(f"{k}={v}" for k, v in self.parameters.items()) or "default"
+        short = text if len(text) <= 60 else text[:50] + "-" + hashlib.sha1(text.encode()).hexdigest()[:8]
+        return re.sub(r"[^\w=,.-]", "_", short)
+
+
+def modules() -> dict[str, Path]:
+    """Module name -> file, for rtl/ and the wrappers in tb/. A file holds the module it is named after."""
+    return {path.stem: path for folder in ("rtl", "tb") for path in sorted((ROOT / folder).rglob("*.v"))}
+
+
+def sources(top: str) -> list[Path]:
+    """Files that the module needs, itself included, found by the names of modules in them."""
+    files = modules()
+    if top not in files:
+        raise InputError(f"no module {top} in rtl/ or tb/")
+    found: dict[str, Path] = {}
+    todo = [top]
+    while todo:
+        name = todo.pop()
+        if name not in found:
+            found[name] = files[name]
+            text = re.sub(r"//[^\n]*", "", files[name].read_text())
+            todo += sorted({word for word in re.findall(r"\b\w+\b", text) if word in files})
+    return sorted(found.values())
+
+
+def load(bench: str) -> list[Bench]:
+    """The builds of one bench module."""
+    module = importlib.import_module(bench)
+    simulators = tuple(getattr(module, "SIMULATORS", SIMULATORS))
+    return [Bench(module.TOP, bench, dict(p), simulators) for p in getattr(module, "PARAMETERS", [{}])]
+
+
+def discover() -> list[Bench]:
+    """All builds of all benches."""
+    paths = sorted((ROOT / "tb").rglob("test_*.py"))
+    return [one for path in paths for one in load(".".join(path.relative_to(ROOT).with_suffix("").parts))]
+
+
+def run(bench: Bench, simulator: str = "verilator", test: str | None = None, waves: bool = False, log: bool = True):
+    """Build and simulate; raises AssertionError with the end of the log when a test fails or none ran."""
+    from cocotb_tools.check_results import get_results
+    from cocotb_tools.runner import get_runner
+
+    os.environ.update(toolchain.environment())
+    seed = os.environ.setdefault("SEED", "1")
+    folder = ROOT / "build" / "tb" / simulator / bench.bench / bench.label
+    folder.mkdir(parents=True, exist_ok=True)
+    results = folder / "results.xml"
+    results.unlink(missing_ok=True)
+    log_file = folder / "log.txt" if log else None
+    runner = get_runner(simulator)
+    failed = None
+    try:
+        runner.build(
+            sources=sources(bench.top),
+            hdl_toplevel=bench.top,
+            includes=[ROOT / "rtl"],
+            parameters=bench.parameters,
+            build_args=BUILD_ARGS[simulator],
+            build_dir=folder,
+            waves=waves,
+            always=simulator == "icarus",  # its runner does not see a changed include file
+            log_file=folder / "build.txt" if log else None,
+        )
+        runner.test(
+            test_module=bench.bench,
+            hdl_toplevel=bench.top,
+            hdl_toplevel_lang="verilog",
+            build_dir=folder,
+            test_dir=folder,
+            results_xml=str(results),
+            testcase=test,
+            seed=int(seed),
+            plusargs=[f"+verilator+seed+{seed}", "+verilator+rand+reset+2"] if simulator == "verilator" else [],
+            waves=waves,
+            log_file=log_file,
+        )
+    except (SystemExit, Exception) as error:
+        failed = error
+    count, failures = get_results(results) if results.exists() else (0, 0)
+    if failed is not None or failures or not count:
+        text = f"{bench.bench} {bench.label} {simulator} SEED={seed}: {failures} of {count} tests failed ({failed})"
+        for name in ("build.txt", "log.txt"):
+            if log and (folder / name).exists() and (name == "log.txt" or not results.exists()):
+                text += f"\n--- {name}\n" + (folder / name).read_text()[-6000:]
+        raise AssertionError(text)
+    return count
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.builds", description="Run one bench.")
+    parser.add_argument("bench", help="its module, as in tb.common.test_skid")
+    parser.add_argument("--sim", choices=SIMULATORS, default="verilator")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="replaces PARAMETERS")
+    parser.add_argument("--test", help="run the tests whose name ends so")
+    parser.add_argument("--waves", action="store_true", help="write a waveform into build/tb/")
+    args = parser.parse_args()
+    try:
+        builds = load(args.bench)
+        if args.set:
+            parameters = {name: int(value, 0) for name, value in (pair.split("=") for pair in args.set)}
+            builds = [Bench(builds[0].top, args.bench, parameters)]
+        for one in builds:
+            print(f"{one.bench} {one.label}: {run(one, args.sim, args.test, args.waves, log=False)} tests passed")
+    except (AssertionError, InputError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
