@@ -20,10 +20,10 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import cocotb
+from cocotb import Param
 from cocotb.clock import Clock
 from cocotb.handle import LogicArrayObject
 from cocotb.triggers import Event, RisingEdge
-from cocotb.types import LogicArray
 from cocotb.utils import get_sim_time
 
 PERIOD = 10  # of the clock, in simulation steps
@@ -42,7 +42,8 @@ def stall_pairs(test: Callable) -> Callable:
     """Run a test under every pair of stalls; the last sinks are ready only behind a cycle of valid (rule 3)."""
     pairs = [(source, sink) for source in STALLS for sink in STALLS]
     pairs += [("none", "after_valid"), ("random", "after_valid")]
-    return cocotb.parametrize((("source_stall", "sink_stall"), pairs))(test)
+    named = [tuple(Param(value=stall, name=stall) for stall in pair) for pair in pairs]
+    return cocotb.parametrize((("source_stall", "sink_stall"), named))(test)
 
 
 def start_clock(dut) -> None:
@@ -134,6 +135,7 @@ class Source(Channel):
         super().__init__(dut, name, fields)
         self.random = rng(seed, name, "source", stall)
         self.go = _go(stall, self.random)
+        self.four_state = four_state()
         self.queue: deque[Beat] = deque()
         self.cycles: list[int] = []  # when each beat moved
         self._offered: Beat | None = None
@@ -163,15 +165,21 @@ class Source(Channel):
         while self.queue or self._offered is not None:
             await self._idle.wait()
 
-    def _unknown(self, signal):
-        if not four_state():
-            return self.random.getrandbits(len(signal))
-        return LogicArray("X" * len(signal)) if isinstance(signal, LogicArrayObject) else "X"
+    def _bits(self, signal, value: int | None) -> int | str:
+        """What to write: a value in the range of the signal's sign, or something unknown."""
+        width = len(signal)
+        if value is None:
+            return "X" * width if self.four_state else f"{self.random.getrandbits(width):0{width}b}"
+        if not -(1 << width - 1) <= value < 1 << width:
+            raise ValueError(f"{value} does not fit the {width} bits of {signal._name}")
+        value %= 1 << width
+        signed = isinstance(signal, LogicArrayObject) and signal.is_signed
+        return value - (1 << width) if signed and value >> width - 1 else value
 
     def _drive(self, beat: Beat | None) -> None:
         self.valid.value = beat is not None
         for signal, value in zip(self.data, beat or [None] * len(self.data), strict=True):
-            signal.value = self._unknown(signal) if value is None else value
+            signal.value = self._bits(signal, value)
 
     async def _run(self) -> None:
         while True:
