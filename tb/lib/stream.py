@@ -92,6 +92,14 @@ def _go(stall: str, generator: random.Random) -> Iterator[bool]:
             yield moving
 
 
+def _number(bits: str) -> int | None:
+    """Unsigned value of a string of bits (much faster than int() of a LogicArray); None when any is unknown."""
+    try:
+        return int(bits, 2)
+    except ValueError:
+        return None
+
+
 class Channel:
     """The signals of one stream of a DUT, and the loop that looks at them once a cycle."""
 
@@ -113,17 +121,17 @@ class Channel:
 
     def read(self) -> Beat:
         """The fields as they stand; None where not fully known."""
-        return tuple(int(value) if value.is_resolvable else None for value in (s.value for s in self.data))
+        return tuple(_number(str(signal.value)) for signal in self.data)
 
     def in_reset(self) -> bool:
-        return self.rst.value != 0
+        return str(self.rst.value) != "0"
 
     def high(self, signal) -> bool:
         """Value of a handshake signal, which must never be unknown once reset is over."""
-        value = signal.value
-        if not value.is_resolvable:
+        value = str(signal.value)
+        if value not in "01":
             raise AssertionError(f"cycle {cycle()}: {signal._name} is {value}")
-        return bool(value)
+        return value == "1"
 
 
 class Source(Channel):
