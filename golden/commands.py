@@ -1,0 +1,136 @@
+"""What each command of `splatcore` does, on top of the models."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+import numba
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from golden import metrics, oracle, scene, settings
+from golden.errors import InputError
+from golden.frame import Renderer
+from golden.job import Job, prepare
+from golden.preprocess import project
+from golden.report.stats import Output, frame_record
+
+
+def _progress() -> Progress:
+    """A bar on stderr while a person watches, nothing otherwise."""
+    console = Console(stderr=True)
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    )
+
+
+def info(args: argparse.Namespace) -> int:
+    """`splatcore info SCENE` or `splatcore info --keys`."""
+    console = Console()
+    if args.keys:
+        table = Table("key", "default", "unit", "valid", "what it sets")
+        for row in settings.table():
+            table.add_row(*row)
+        console.print(table)
+    if args.scene:
+        gaussians = scene.load(args.scene)
+        table = Table("field", "value", show_header=False)
+        table.add_row("Gaussians", f"{gaussians.means.shape[0]:,}")
+        table.add_row("SH degree", str(int(np.sqrt(gaussians.sh.shape[1])) - 1))
+        table.add_row("opacity compensation", "yes" if gaussians.antialias else "no")
+        if gaussians.means.size:
+            for name, values in (
+                ("position x", gaussians.means[:, 0]),
+                ("position y", gaussians.means[:, 1]),
+                ("position z", gaussians.means[:, 2]),
+                ("sigma (longest axis)", gaussians.scales.max(1)),
+                ("opacity", gaussians.opacities),
+            ):
+                low, middle, high = np.percentile(values, [5, 50, 95])
+                table.add_row(f"{name} p5 / p50 / p95", f"{low:.4g} / {middle:.4g} / {high:.4g}")
+        for name, value in gaussians.counters.items():
+            table.add_row(name, f"{value:,}")
+        console.print(table)
+    elif not args.keys:
+        raise InputError("info: wants a SCENE or --keys")
+    return 0
+
+
+def _threads(args: argparse.Namespace) -> None:
+    if args.jobs:
+        numba.set_num_threads(min(args.jobs, numba.config.NUMBA_NUM_THREADS))
+
+
+def _truth(job: Job, index: int) -> np.ndarray:
+    """The oracle's picture of one frame, float64 [H, W, 3]."""
+    antialias = {"auto": None, "on": True, "off": False}[job.settings.antialias]
+    projection = project(job.gaussians, job.cameras[index], antialias)
+    return oracle.render(projection, job.cameras[index], job.settings.background_colour())
+
+
+def render(args: argparse.Namespace) -> int:
+    """`splatcore render`: pictures, no comparison with the oracle (it has its own --model)."""
+    if args.model == "rtl":
+        return cosim(args)
+    if args.out is None:
+        raise InputError("render: wants -o DIR for its pictures")
+    _threads(args)
+    job = prepare(args)
+    output = Output(args.out, {**job.head, "model": args.model})
+    renderer = Renderer(job.gaussians, job.settings, args.sorting)
+    try:
+        with _progress() as progress:
+            for index, number in enumerate(progress.track(job.frames, description=f"render {args.model}")):
+                begin = time.perf_counter()
+                if args.model == "oracle":
+                    image, counters = _truth(job, index).astype(np.float32), {}
+                else:
+                    frame = renderer.frame(job.cameras[index])
+                    image, counters = frame.image, frame.counters
+                seconds = time.perf_counter() - begin
+                output.add(number, image, frame_record(image, counters, None))
+                text = " ".join(f"{key} {counters[key]:,}" for key in ("entries", "incoming", "pairs") if key in counters)
+                print(f"frame {number}: {seconds:.2f} s {text}".rstrip(), flush=True)
+    finally:
+        output.finish()
+    print(f"pictures and stats.json in {args.out}", file=sys.stderr)
+    return 0
+
+
+def cosim(args: argparse.Namespace) -> int:
+    """`splatcore cosim`: RTL and golden model side by side, exit status 1 at the first difference."""
+    from golden.cosim.compare import Cosim
+
+    _threads(args)
+    job = prepare(args)
+    output = Output(args.out, {**job.head, "model": "rtl"})
+    status = 0
+    try:
+        with _progress() as progress:
+            pair = Cosim(job, args.sorting, progress)
+            for index, number in enumerate(job.frames):
+                result = pair.frame(index)
+                quality = None
+                if not getattr(args, "no_oracle", False) and result.difference is None:
+                    quality = metrics.compare(result.image, _truth(job, index))
+                output.add(number, result.image, frame_record(result.image, result.counters, quality, result.cycles))
+                print(result.line(number, quality), flush=True)
+                if result.difference is not None:
+                    print(f"splatcore: {result.difference}", file=sys.stderr)
+                    status = 1
+                    break
+    finally:
+        output.finish()
+    if status == 0:
+        print(pair.summary())
+    return status

@@ -1,0 +1,95 @@
+"""From the common options of the command line to a scene, settings and one camera a frame."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from golden import cameras, scene
+from golden.cameras.camera import Camera, look_at
+from golden.errors import InputError
+from golden.scene.gaussians import Gaussians
+from golden.settings import Settings, parse
+
+PATHS = ("orbit", "dolly", "pan", "shake", "static", "cut")
+SORTINGS = ("reuse", "full")
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """The options that every command with a scene and a path takes (design, section 7)."""
+    parser.add_argument("scene", metavar="SCENE", help="file, folder, or builtin:NAME?n=..&seed=..")
+    motion = parser.add_mutually_exclusive_group()
+    motion.add_argument("--cameras", metavar="FILE", help="recorded cameras: transforms.json, cameras.json, TUM, Record3D")
+    motion.add_argument("--path", choices=PATHS, default="orbit", help="made camera path (default: %(default)s)")
+    parser.add_argument("--camera", metavar="EX,EY,EZ/AX,AY,AZ/UX,UY,UZ/FOVY", help="where the path starts")
+    parser.add_argument("--fps", type=float, default=30.0, help="frames a second (default: 30)")
+    parser.add_argument("--speed", type=float, default=1.0, help="motion multiplied (default: 1)")
+    parser.add_argument("--size", default="640x384", help="WxH, hd, fhd or qhd (default: %(default)s)")
+    parser.add_argument("--frames", default="1", metavar="N|A:B", help="how many, or which (default: 1)")
+    parser.add_argument("--effects", default="auto", help="auto; the effects planner is not there yet")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="see `splatcore info --keys`")
+    parser.add_argument("--seed", type=int, default=0, help="of every random choice (default: 0)")
+    parser.add_argument("--jobs", type=int, default=0, metavar="N", help="threads (default: all cores)")
+    parser.add_argument("--sorting", choices=SORTINGS, default="reuse", help="table strategy (default: %(default)s)")
+    parser.add_argument("-o", dest="out", metavar="DIR", help="folder for pictures and stats.json")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a command works on."""
+
+    gaussians: Gaussians
+    settings: Settings
+    frames: range
+    cameras: list[Camera]  # one a frame
+    head: dict  # the first fields of stats.json
+
+    def cut(self, index: int) -> bool:
+        """Is frame number `index` of the list a declared camera cut? (`--path cut` jumps half-way.)"""
+        return False
+
+
+def _positive(name: str, value: float) -> float:
+    if not 0 < value < float("inf"):
+        raise InputError(f"--{name} {value:g}: wants a number above 0")
+    return value
+
+
+def _start(args: argparse.Namespace, gaussians: Gaussians, width: int, height: int) -> tuple[Camera, tuple]:
+    """(first camera, look-at point)."""
+    view = cameras.parse_camera(args.camera) if args.camera else cameras.default_view(gaussians)
+    eye, at, up, fovy = view
+    return look_at(eye, at, up, fovy, width, height), at
+
+
+def prepare(args: argparse.Namespace) -> Job:
+    """Check every option and load the scene; InputError before any work is done."""
+    settings = parse(args.set)
+    width, height = cameras.parse_size(args.size)
+    frames = cameras.parse_frames(args.frames)
+    _positive("fps", args.fps)
+    _positive("speed", args.speed)
+    if args.effects != "auto":
+        raise InputError(f"--effects {args.effects}: only auto is known")
+    if args.jobs < 0:
+        raise InputError(f"--jobs {args.jobs}: wants 0 (all cores) or more")
+    if args.cameras and not Path(args.cameras).is_file():
+        raise InputError(f"--cameras {args.cameras}: no such file")
+    gaussians = scene.load(args.scene)
+    start, at = _start(args, gaussians, width, height)
+    if args.cameras:
+        track = cameras.read(args.cameras, width, height, frames, args.fps, args.speed)
+        if cameras.is_motion(args.cameras):
+            track = cameras.place(track, start, settings.motion_scale)
+    else:
+        track = cameras.path(args.path, start, frames, args.fps, args.speed, at, args.seed)
+    head = {
+        "scene": args.scene,
+        "size": [width, height],
+        "hardware": "neo",
+        "sorting": args.sorting,
+        "effects": None,
+        "set": asdict(settings),
+    }
+    return Job(gaussians, settings, frames, track, head)
