@@ -151,8 +151,7 @@ class Renderer:
             [sorting_core.sort(table.tile(t), np.sort(incoming.tile(t)), first) for t in range(len(tiles))]
         )
         raster = rasterise(
-            order.offsets,
-            order.words,
+            (order.offsets, order.words),
             features,
             tiles,
             camera.width,
