@@ -10,8 +10,10 @@ import hashlib
 import importlib
 import os
 import re
+import shutil
 import sys
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 
 from golden import toolchain
@@ -24,6 +26,7 @@ BUILD_ARGS = {
     "verilator": ["-Wall", "-O3", "--x-assign", "unique", "--x-initial", "unique"],
     "icarus": ["-g2005", "-Wall"],
 }
+RUNTIME = ("verilated.o", "verilated_dpi.o", "verilated_vpi.o", "verilated_threads.o")  # the same in every build
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,17 @@ def discover() -> list[Bench]:
     return [one for path in paths for one in load(".".join(path.relative_to(ROOT).with_suffix("").parts))]
 
 
+def share_runtime(folder: Path, kept: Path) -> None:
+    """Copy the objects of Verilator's runtime where they are missing: compiling them is most of a small build."""
+    kept.mkdir(parents=True, exist_ok=True)
+    for name in RUNTIME:
+        for source, target in ((folder / name, kept / name), (kept / name, folder / name)):
+            if source.exists() and not target.exists():
+                partial = target.with_suffix(f".{os.getpid()}")
+                shutil.copyfile(source, partial)
+                partial.replace(target)
+
+
 def run(bench: Bench, simulator: str = "verilator", test: str | None = None, waves: bool = False, log: bool = True):
     """Build and simulate; raises AssertionError with the end of the log when a test fails or none ran."""
     from cocotb_tools.check_results import get_results
@@ -89,9 +103,12 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
     results = folder / "results.xml"
     results.unlink(missing_ok=True)
     log_file = folder / "log.txt" if log else None
+    kept = folder.parents[1] / ("runtime" + "-waves" * waves) / version("verilator")
     runner = get_runner(simulator)
     failed = None
     try:
+        if simulator == "verilator":
+            share_runtime(folder, kept)
         runner.build(
             sources=sources(bench.top),
             hdl_toplevel=bench.top,
@@ -103,6 +120,8 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
             always=simulator == "icarus",  # its runner does not see a changed include file
             log_file=folder / "build.txt" if log else None,
         )
+        if simulator == "verilator":
+            share_runtime(folder, kept)
         runner.test(
             test_module=bench.bench,
             hdl_toplevel=bench.top,
