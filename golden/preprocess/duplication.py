@@ -1,0 +1,198 @@
+"""Duplication: for each tile the Gaussians that touch it, by the predicate of the intersection test unit.
+
+A tile lists a Gaussian when golden.raster_core.intersection_test_unit.tile_bitmap is not zero. Asking that of all tiles
+would cost 512 row tests each, so the tiles are narrowed down in real arithmetic first, on an ellipse grown by more than
+everything the codes round or truncate; then the exact row tests run from the row where the form is smallest, and the
+first hit decides (docs/preprocess.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from golden import params
+from golden.preprocess.encode import Features
+from golden.raster_core.intersection_test_unit import NARROW, bound, squared
+from golden.raster_core.ellipse_setup import setup
+
+_HALF = params.UNITS * params.SUBTILE  # pixels set up at once: a group of four subtiles
+_STEP = 1.0 / (1 << params.STEP_F)
+# The test truncates |u| and |v| by up to one code each, which may add sqrt(2) codes to the radius; u0 and v0 are rounded
+# by half a code of STEP_F. Twice that, so that real arithmetic cannot matter.
+_SLACK = 4.0 * (1 << NARROW) * _STEP
+_BLOCKS = 256  # Gaussians are counted and filled in this many runs
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Tile t (row-major) lists index[tile_offsets[t] : tile_offsets[t + 1]], ascending."""
+
+    tile_offsets: np.ndarray  # [T + 1] int64
+    index: np.ndarray  # [P] int32
+
+
+def tile_grid(width: int, height: int) -> tuple[int, int]:
+    """(columns, rows) of tiles over a picture."""
+    return -(-width // params.TILE), -(-height // params.TILE)
+
+
+def duplicate(features: Features, width: int, height: int) -> Pairs:
+    """Every (tile, visible Gaussian) whose bitmap is not empty in a width x height picture."""
+    f = features
+    columns, rows = tile_grid(width, height)
+    n = len(f.visible)
+    boxes = np.empty((n, 4), np.int16)
+    area = np.empty(n, np.int64)
+    _boxes(f.mean, f.chol, f.opacity, f.visible, columns, rows, boxes, area)
+    start = np.concatenate((np.zeros(1, np.int64), np.cumsum(area)))
+    hits = np.empty(start[-1], np.bool_)
+    counts = np.zeros((_BLOCKS, columns * rows), np.int64)
+    _test(f.mean, f.chol, f.opacity, (width, height, columns), boxes, start, hits, counts)
+    totals = counts.sum(axis=0)
+    tile_offsets = np.concatenate((np.zeros(1, np.int64), np.cumsum(totals)))
+    counts = np.cumsum(counts, axis=0) - counts + tile_offsets[:-1]
+    index = np.empty(tile_offsets[-1], np.int32)
+    _fill(columns, boxes, start, hits, counts, index)
+    return Pairs(tile_offsets, index)
+
+
+@numba.njit(inline="always", cache=True)
+def _real(chol, opacity, i):
+    """(a, b, c, radius): the footprint in real numbers and the largest sqrt(u^2 + v^2), grown; radius < 0: no pixel."""
+    limit = bound(opacity[i])
+    if limit < 0:
+        return 0.0, 0.0, 0.0, -1.0
+    radius = math.sqrt(limit) / (1 << params.ITU_F) + _SLACK
+    return chol[i, 0] * _STEP, chol[i, 1] * _STEP, chol[i, 2] * _STEP, radius
+
+
+@numba.njit(parallel=True, cache=True, error_model="numpy")
+def _boxes(mean, chol, opacity, visible, columns, rows, boxes, area):
+    """Tiles of the bounding box of each grown ellipse: first column, first row, end column, end row; and how many."""
+    for i in numba.prange(len(visible)):
+        boxes[i] = 0
+        area[i] = 0
+        if not visible[i]:
+            continue
+        a, b, c, radius = _real(chol, opacity, i)
+        if radius < 0:
+            continue
+        # a or c of zero makes these infinite, 0 / 0 NaN: both mean "everywhere"
+        half_x = radius * math.sqrt(b * b + c * c) / (a * c)
+        half_y = radius / c
+        everywhere = 2.0 * params.TILE * max(columns, rows) + 2.0 * (1 << (params.MEAN_W - params.MEAN_F))
+        half_x = half_x if half_x < everywhere else everywhere
+        half_y = half_y if half_y < everywhere else everywhere
+        x = mean[i, 0] / (1 << params.MEAN_F)
+        y = mean[i, 1] / (1 << params.MEAN_F)
+        left = max(math.floor((x - half_x) / params.TILE), 0.0)
+        right = min(math.floor((x + half_x) / params.TILE) + 1, float(columns))
+        top = max(math.floor((y - half_y) / params.TILE), 0.0)
+        bottom = min(math.floor((y + half_y) / params.TILE) + 1, float(rows))
+        if left < right and top < bottom:
+            boxes[i, 0], boxes[i, 1], boxes[i, 2], boxes[i, 3] = int(left), int(top), int(right), int(bottom)
+            area[i] = int(right - left) * int(bottom - top)
+
+
+@numba.njit(inline="always", cache=True)
+def _block(k, n):
+    """(first, end) Gaussian of block k."""
+    return k * n // _BLOCKS, (k + 1) * n // _BLOCKS
+
+
+@numba.njit(parallel=True, cache=True)
+def _test(mean, chol, opacity, size, boxes, start, hits, counts):
+    width, height, columns = size
+    n = len(opacity)
+    for k in numba.prange(_BLOCKS):
+        first, end = _block(k, n)
+        for i in range(first, end):
+            at = start[i]
+            for row in range(boxes[i, 1], boxes[i, 3]):
+                for column in range(boxes[i, 0], boxes[i, 2]):
+                    hit = _touches(mean, chol, opacity, i, column * params.TILE, row * params.TILE, width, height)
+                    hits[at] = hit
+                    at += 1
+                    if hit:
+                        counts[k, row * columns + column] += 1
+
+
+@numba.njit(parallel=True, cache=True)
+def _fill(columns, boxes, start, hits, cursors, index):
+    n = len(boxes)
+    for k in numba.prange(_BLOCKS):
+        first, end = _block(k, n)
+        for i in range(first, end):
+            at = start[i]
+            for row in range(boxes[i, 1], boxes[i, 3]):
+                for column in range(boxes[i, 0], boxes[i, 2]):
+                    if hits[at]:
+                        tile = row * columns + column
+                        index[cursors[k, tile]] = i
+                        cursors[k, tile] += 1
+                    at += 1
+
+
+@numba.njit(inline="always", cache=True)
+def _clamp(x, low, high):
+    return min(max(x, low), high)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _nearest(a, b, c, left, right, top, bottom):
+    """(smallest u^2 + v^2 over a rectangle around the mean, its dy). The form is convex: inside, or on a facing edge."""
+    x, y = _clamp(0.0, left, right), _clamp(0.0, top, bottom)
+    best, row = np.inf, y
+    if x != 0 or y == 0:
+        dy = _clamp(-a * b * x / (b * b + c * c), top, bottom) if b * b + c * c > 0 else y
+        best, row = (a * x + b * dy) ** 2 + (c * dy) ** 2, dy
+    if y != 0:
+        dx = _clamp(-b * y / a, left, right) if a > 0 else x
+        form = (a * dx + b * y) ** 2 + (c * y) ** 2
+        if form < best:
+            best, row = form, y
+    return best, row
+
+
+@numba.njit(cache=True)
+def _touches(mean, chol, opacity, i, x0, y0, width, height):
+    """tile_bitmap(...) != 0 of Gaussian i and the tile at pixel (x0, y0)."""
+    mean_x, mean_y = np.int64(mean[i, 0]), np.int64(mean[i, 1])
+    columns = min(params.TILE, -(-(width - x0) // params.SUBTILE) * params.SUBTILE)  # pixels of live subtiles
+    rows = min(params.TILE, -(-(height - y0) // params.SUBTILE) * params.SUBTILE)
+    a, b, c, radius = _real(chol, opacity, i)
+    left = x0 + 0.5 - mean_x / (1 << params.MEAN_F)
+    top = y0 + 0.5 - mean_y / (1 << params.MEAN_F)
+    form, dy = _nearest(a, b, c, left, left + columns - 1, top, top + rows - 1)
+    if form > radius * radius:
+        return False
+    guess = int(_clamp(math.floor(dy - top + 0.5), 0.0, rows - 1.0))
+    code_a, code_b, code_c = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
+    limit = bound(np.int64(opacity[i]))
+    for step in range(2 * rows):  # guess, guess + 1, guess - 1, guess + 2, ...
+        j = guess + ((step + 1) >> 1 if step & 1 else -(step >> 1))
+        if 0 <= j < rows and _row_hit(code_a, code_b, code_c, mean_x, mean_y, limit, x0, y0, j, columns):
+            return True
+    return False
+
+
+@numba.njit(cache=True)
+def _row_hit(a, b, c, mean_x, mean_y, limit, x0, y0, row, columns):
+    """Does pixel row `row` of the tile hit in any subtile? The arithmetic of intersection_test_unit.subtile_hit."""
+    j = row & (params.SUBTILE - 1)
+    for x in range(x0, x0 + columns, _HALF):
+        u0, v0 = setup(a, b, c, mean_x, mean_y, x, y0 + row - j)
+        rest = limit - squared(abs(v0 + j * c))
+        if rest < 0:
+            return False
+        for s in range(0, min(_HALF, x0 + columns - x), params.SUBTILE):
+            low = u0 + s * a + j * b
+            high = low + (params.SUBTILE - 1) * a
+            du = low if low > 0 else (-high if high < 0 else 0)
+            if squared(du) <= rest:
+                return True
+    return False
