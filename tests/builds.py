@@ -1,4 +1,4 @@
-"""Builds and runs the benches: every tb/**/test_*.py with TOP, and optionally PARAMETERS and SIMULATORS.
+"""Builds and runs the benches: every tb/**/test_*.py with TOP, and optionally PARAMETERS, SIMULATORS and SLOW.
 
 python -m tests.builds tb.common.test_skid [--sim icarus] [--set WIDTH=8] [--test NAME] [--waves]
 """
@@ -6,6 +6,7 @@ python -m tests.builds tb.common.test_skid [--sim icarus] [--set WIDTH=8] [--tes
 from __future__ import annotations
 
 import argparse
+import contextlib
 import hashlib
 import importlib
 import os
@@ -20,6 +21,7 @@ from golden import toolchain
 from golden.errors import InputError
 
 ROOT = Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build" / "tb"
 SIMULATORS = ("verilator", "icarus")
 BUILD_ARGS = {
     # unknown values are random, from the seed given at the start of the simulation
@@ -37,6 +39,7 @@ class Bench:
     bench: str
     parameters: dict[str, int] = field(default_factory=dict)
     simulators: tuple[str, ...] = SIMULATORS
+    slow: bool = False
 
     @property
     def label(self) -> str:
@@ -71,7 +74,8 @@ def load(bench: str) -> list[Bench]:
     """The builds of one bench module."""
     module = importlib.import_module(bench)
     simulators = tuple(getattr(module, "SIMULATORS", SIMULATORS))
-    return [Bench(module.TOP, bench, dict(p), simulators) for p in getattr(module, "PARAMETERS", [{}])]
+    slow = getattr(module, "SLOW", False)
+    return [Bench(module.TOP, bench, dict(p), simulators, slow) for p in getattr(module, "PARAMETERS", [{}])]
 
 
 def discover() -> list[Bench]:
@@ -80,15 +84,16 @@ def discover() -> list[Bench]:
     return [one for path in paths for one in load(".".join(path.relative_to(ROOT).with_suffix("").parts))]
 
 
-def share_runtime(folder: Path, kept: Path) -> None:
-    """Copy the objects of Verilator's runtime where they are missing: compiling them is most of a small build."""
-    kept.mkdir(parents=True, exist_ok=True)
-    for name in RUNTIME:
-        for source, target in ((folder / name, kept / name), (kept / name, folder / name)):
-            if source.exists() and not target.exists():
-                partial = target.with_suffix(f".{os.getpid()}")
-                shutil.copyfile(source, partial)
-                partial.replace(target)
+def keep_runtime(folder: Path, kept: Path) -> None:
+    """Copy the objects of Verilator's runtime out of a build: compiling them is most of the time of a small one."""
+    if not kept.exists():
+        partial = kept.with_name(f"{kept.name}.{os.getpid()}")
+        partial.mkdir(parents=True)
+        for name in RUNTIME:
+            shutil.copyfile(folder / name, partial / name)
+        with contextlib.suppress(OSError):  # another process was first
+            partial.rename(kept)
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def run(bench: Bench, simulator: str = "verilator", test: str | None = None, waves: bool = False, log: bool = True):
@@ -98,30 +103,32 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
 
     os.environ.update(toolchain.environment())
     seed = os.environ.setdefault("SEED", "1")
-    folder = ROOT / "build" / "tb" / simulator / bench.bench / bench.label
+    folder = BUILD / simulator / bench.bench / bench.label
     folder.mkdir(parents=True, exist_ok=True)
     results = folder / "results.xml"
     results.unlink(missing_ok=True)
     log_file = folder / "log.txt" if log else None
-    kept = folder.parents[1] / ("runtime" + "-waves" * waves) / version("verilator")
     runner = get_runner(simulator)
     failed = None
     try:
-        if simulator == "verilator":
-            share_runtime(folder, kept)
+        build_args = list(BUILD_ARGS[simulator])
+        kept = BUILD / f"runtime-{version('verilator')}"
+        if simulator == "verilator" and not waves and kept.exists():
+            build_args += [str(kept / name) for name in RUNTIME]
+            os.environ["MAKEFLAGS"] += " VM_GLOBAL_FAST= VM_GLOBAL_SLOW="
         runner.build(
             sources=sources(bench.top),
             hdl_toplevel=bench.top,
             includes=[ROOT / "rtl"],
             parameters=bench.parameters,
-            build_args=BUILD_ARGS[simulator],
+            build_args=build_args,
             build_dir=folder,
             waves=waves,
             always=simulator == "icarus",  # its runner does not see a changed include file
             log_file=folder / "build.txt" if log else None,
         )
-        if simulator == "verilator":
-            share_runtime(folder, kept)
+        if simulator == "verilator" and not waves:
+            keep_runtime(folder, kept)
         runner.test(
             test_module=bench.bench,
             hdl_toplevel=bench.top,

@@ -1,0 +1,8 @@
+"""Files that are generated and committed are what their generator writes."""
+
+from golden import params
+from tests.builds import ROOT
+
+
+def test_params_header_is_up_to_date():
+    assert (ROOT / "rtl" / "gs_params.vh").read_text() == params.verilog_header(), "run `make params`"

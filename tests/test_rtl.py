@@ -1,0 +1,33 @@
+"""Every bench, with each of its parameter sets, on each simulator that is installed."""
+
+import shutil
+
+import pytest
+
+from tests import builds
+
+
+def cases():
+    for bench in builds.discover():
+        for simulator in bench.simulators:
+            marks = [pytest.mark.slow] if bench.slow else []
+            yield pytest.param(bench, simulator, id=f"{bench.bench}-{bench.label}-{simulator}", marks=marks)
+
+
+@pytest.mark.parametrize(("bench", "simulator"), list(cases()))
+def test_bench(bench, simulator):
+    if simulator == "icarus" and shutil.which("iverilog") is None:
+        pytest.skip("iverilog is not installed (optional four-state run)")
+    assert builds.run(bench, simulator) > 0
+
+
+def test_a_failing_bench_fails(tmp_path, monkeypatch):
+    """The runner itself: a module that loses every second beat must not pass."""
+    source = (builds.ROOT / "rtl" / "common" / "gs_skid.v").read_text()
+    broken = tmp_path / "gs_skid.v"
+    broken.write_text(source.replace("head_valid <= spare_valid || in_valid", "head_valid <= in_valid && !head_valid"))
+    assert broken.read_text() != source
+    monkeypatch.setattr(builds, "sources", lambda top: [broken])
+    monkeypatch.setattr(builds, "BUILD", tmp_path)
+    with pytest.raises(AssertionError, match="tests failed"):
+        builds.run(builds.Bench("gs_skid", "tb.common.test_skid"))
