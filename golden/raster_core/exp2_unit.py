@@ -1,12 +1,13 @@
 """gs_exp2_unit: 2^-p for 0 <= p < 8 by a table of straight lines (docs/raster_core/exp2_unit.md).
 
-p is UQ3.POWER_F; the result UQ1.EXP_F. A chord lies above the curve by up to (ln 2 / EXP_SEGMENTS)^2 / 8 of its value, so
-both ends of every chord are lowered by half of that: the error is centred, and seams stay continuous.
+p is UQ3.POWER_F; the result UQ1.EXP_F. A chord lies above the curve by up to (ln 2 / EXP_SEGMENTS)^2 / 8 of its value,
+so both ends of every chord are lowered by half of that: the error is centred, and seams stay continuous.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numba
 import numpy as np
@@ -16,13 +17,14 @@ from golden.fixed import half_up
 
 OFFSET_W = params.POWER_F - params.EXP_SEGMENTS.bit_length() + 1  # bits of p below the segment number
 SLOPE_SHIFT = OFFSET_W
+LATENCY = 1  # cycles from in_p to out_y
 
 
 def table() -> list[tuple[int, int]]:
     """[EXP_SEGMENTS] of (base UQ1.EXP_F, drop over the segment UQ0.EXP_F)."""
     lowered = 1 - (math.log(2) / params.EXP_SEGMENTS) ** 2 / 16
     ends = [round(lowered * 2.0 ** (params.EXP_F - i / params.EXP_SEGMENTS)) for i in range(params.EXP_SEGMENTS + 1)]
-    return [(a, a - b) for a, b in zip(ends, ends[1:], strict=False)]
+    return [(a, a - b) for a, b in pairwise(ends)]
 
 
 _TABLE = np.array(table(), np.int64)

@@ -9,9 +9,12 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.raster_core import ellipse_setup
 from golden.raster_core.ellipse_setup import setup
 
 NARROW = params.STEP_F - params.ITU_F
+UNIT_LATENCY = 5  # cycles from in_valid to out_valid
+LATENCY = ellipse_setup.LATENCY + UNIT_LATENCY  # of set-up and test together
 
 
 @numba.njit(inline="always", cache=True)
