@@ -1,6 +1,6 @@
 """Colour of a Gaussian seen from the camera: spherical harmonics of degree 0..3 (docs/preprocess.md).
 
-Basis, order and signs are those of the original 3D Gaussian Splatting files. The sum is in float64, so the error against
+Basis, order and signs are those of the original 3D Gaussian Splatting files. The sum is in float64: its error against
 the exact sum of the float32 coefficients is below 1e-14 of the largest of them.
 """
 

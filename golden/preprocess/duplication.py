@@ -16,13 +16,13 @@ import numpy as np
 
 from golden import params
 from golden.preprocess.encode import Features
-from golden.raster_core.intersection_test_unit import NARROW, bound, squared
 from golden.raster_core.ellipse_setup import setup
+from golden.raster_core.intersection_test_unit import NARROW, bound, squared
 
 _HALF = params.UNITS * params.SUBTILE  # pixels set up at once: a group of four subtiles
 _STEP = 1.0 / (1 << params.STEP_F)
-# The test truncates |u| and |v| by up to one code each, which may add sqrt(2) codes to the radius; u0 and v0 are rounded
-# by half a code of STEP_F. Twice that, so that real arithmetic cannot matter.
+# The test truncates |u| and |v| by up to one code each, which may add sqrt(2) codes to the radius; u0 and v0 are off by
+# half a code of STEP_F. More than twice that, so that the rounding of real arithmetic cannot matter.
 _SLACK = 4.0 * (1 << NARROW) * _STEP
 _BLOCKS = 256  # Gaussians are counted and filled in this many runs
 
@@ -144,7 +144,7 @@ def _clamp(x, low, high):
 
 @numba.njit(cache=True, error_model="numpy")
 def _nearest(a, b, c, left, right, top, bottom):
-    """(smallest u^2 + v^2 over a rectangle around the mean, its dy). The form is convex: inside, or on a facing edge."""
+    """(smallest u^2 + v^2 over a rectangle around the mean, its dy): a convex form, so inside or on a facing edge."""
     x, y = _clamp(0.0, left, right), _clamp(0.0, top, bottom)
     best, row = np.inf, y
     if x != 0 or y == 0:

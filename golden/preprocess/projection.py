@@ -1,8 +1,8 @@
 """Projection and culling in float64 (docs/preprocess.md).
 
 A Gaussian with covariance V = (R S)(R S)^T seen by the camera W becomes the ellipse J W V W^T J^T + 0.3 I on the screen
-(EWA splatting, Zwicker et al. 2002), with J the Jacobian of the perspective division at the mean. Its determinant is the
-sum of the squared 2x2 minors of J W R S, plus 0.3 * trace, plus 0.09: only positive terms, so nothing cancels.
+(EWA splatting, Zwicker et al. 2002), with J the Jacobian of the perspective division at the mean. Its determinant is
+the sum of the squared 2x2 minors of J W R S, plus 0.3 * trace, plus 0.09: only positive terms, so nothing cancels.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 LOW_PASS = 0.3  # px^2 on both diagonal terms
 EWA_LIMIT = 1.3  # x/z and y/z inside the Jacobian stay below this multiple of tan(fov / 2)
-# A pixel below is skipped. Scene files hold the logit of the opacity as float32, half a step of which is up to 2^-22 of an
-# opacity of 1/255: one that was stored as 1/255 is meant to be kept.
+# A pixel below is skipped. Scene files hold the logit of the opacity as float32, half a step of which is up to 2^-22 of
+# an opacity of 1/255: one that was stored as 1/255 is meant to be kept.
 ALPHA_CUT = (1 - 2.0**-22) / 255
 
 _VISIBLE, _NEAR, _NONFINITE, _ALPHA, _OFFSCREEN = range(5)
