@@ -1,6 +1,6 @@
 """gs_subtile_compute_unit: blends Gaussians on one 8x8 subtile (docs/architecture.md, section 4).
 
-The state of a subtile is t [64] UQ1.T_F, acc [3, 64] UQ3.ACC_F (red, green, blue) and done [64], all int64, pixels row by
+The state of a subtile is t [64] UQ1.T_F, acc [3, 64] UQ3.ACC_F (red, green, blue) and done [64], int64, pixels row by
 row. Gaussians are rows of record codes in the order of RECORD_FIELDS: mean_x, mean_y, chol_a, chol_b, chol_c, opacity,
 red, green, blue; further columns are ignored.
 """
