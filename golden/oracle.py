@@ -1,6 +1,6 @@
 """The truth in float64: what golden and RTL are measured against (docs/oracle.md).
 
-`render` follows the mathematics: exact sort by depth (ties: lower index), alpha = min(0.99, o exp(-q / 2)), skipped below
+`render` is the mathematics: exact sort by depth (ties: lower index), alpha = min(0.99, o exp(-q / 2)), skipped below
 the cut, front to back, no early stop unless asked. `render_injected` takes every decision (which pixels blend, when one
 stops) from the integer arithmetic run in lockstep, so that only the arithmetic differs.
 """
