@@ -1,0 +1,59 @@
+# Everything a user or a developer runs. `make` prints the targets.
+
+PYTHON ?= python3
+BIN    := .venv/bin
+USER   := .venv/.user
+DEV    := .venv/.dev
+PYTEST := $(BIN)/pytest -n 2
+SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build/sim
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+
+.PHONY: help setup lint test test-fast formal sim params docs clean
+.DELETE_ON_ERROR:
+
+help: ## print the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
+
+setup: $(DEV) ## install everything into .venv
+
+lint: $(DEV) ## every tool that reads the RTL, ruff, layout and generated files; a warning fails
+	$(PYTEST) tests/test_lint.py tests/test_layout.py tests/test_generated.py
+
+test: $(DEV) ## all tests: golden model, RTL, lint, proofs
+	$(PYTEST)
+
+test-fast: $(DEV) ## the tests that take two minutes together
+	$(PYTEST) -m "not slow"
+
+formal: $(DEV) ## prove that every output stream holds its beat until it moves
+	$(PYTEST) tests/test_formal.py
+
+sim: $(USER) ## co-simulate eight small frames: golden model against the Verilated RTL
+	$(BIN)/splatcore cosim $(SIM)
+
+params: $(USER) ## write rtl/gs_params.vh from golden/params.py
+	$(BIN)/python -m golden.params
+
+docs: $(DEV) ## write docs/modules.md from the RTL
+	$(BIN)/python -m tests.module_table
+
+clean: ## remove what runs have made; .venv stays
+	rm -rf build .pytest_cache .ruff_cache .hypothesis
+
+# What to install (. or .[dev]); pip itself stays silent.
+define install
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
+	    { echo "Python 3.11 or newer not found: install it, or name it: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@command -v g++ >/dev/null || { echo "g++ not found: run 'apt install g++'"; exit 1; }
+	@test -x $(BIN)/pip || { echo "making .venv"; $(PYTHON) -m venv .venv >/dev/null; } || \
+	    { rm -rf .venv; echo "no venv module: run 'apt install python3-venv'"; exit 1; }
+	@echo "installing $(1) into .venv"
+	@$(BIN)/pip install --quiet -e '$(1)'
+	@touch $(2)
+endef
+
+$(USER): pyproject.toml
+	$(call install,.,$@)
+
+$(DEV): pyproject.toml
+	$(call install,.[dev],$(USER) $@)
