@@ -14,6 +14,7 @@ from golden import params
 from golden.fixed import half_up
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.exp2_unit import exp2
+from golden.raster_core.power_unit import power
 
 PIXELS = params.SUBTILE * params.SUBTILE
 T_ONE = 1 << params.T_F
@@ -21,20 +22,6 @@ T_W = params.T_F + 1
 STATE_W = T_W + 3 * params.ACC_W + 1  # {done, blue, green, red, T}: a pixel in the pixel buffer
 LATENCY = 16  # cycles from taking a swap to sat_valid
 BLEND_STAGE = 12  # cycles from taking a blend to the trace of its first beat
-
-
-@numba.njit(inline="always", cache=True)
-def square(step):
-    """|step| narrowed to UQ2.DIST_F (half_up, saturated), squared: UQ4.(2*DIST_F)."""
-    d = min(half_up(abs(step), params.STEP_F - params.DIST_F), (1 << params.DIST_W) - 1)
-    return d * d
-
-
-@numba.njit(inline="always", cache=True)
-def power(u, v, opacity):
-    """p = u^2 + v^2 - log2(opacity), .POWER_F; the pixel is blended when p <= CUT. u, v SQ9.20."""
-    e = half_up(square(u) + square(v), 2 * params.DIST_F - params.POWER_F)
-    return e + (opacity << (params.POWER_F - params.OPACITY_F))
 
 
 @numba.njit(inline="always", cache=True)
