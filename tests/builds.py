@@ -51,7 +51,12 @@ class Bench:
 
 def modules() -> dict[str, Path]:
     """Module name -> file, for rtl/ and the wrappers in tb/. A file holds the module it is named after."""
-    return {path.stem: path for folder in ("rtl", "tb") for path in sorted((ROOT / folder).rglob("*.v"))}
+    return {
+        path.stem: path
+        for folder in ("rtl", "tb")
+        for path in sorted((ROOT / folder).rglob("*.v"))
+        if path.parent != ROOT / "tb" / "formal"
+    }
 
 
 def sources(top: str) -> list[Path]:

@@ -1,0 +1,1 @@
+"""Properties and the settings of their proofs."""
