@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 from golden import cameras, scene
 from golden.cameras.camera import Camera, look_at
+from golden.cameras.paths import KINDS
+from golden.cameras.readers import kind_of
 from golden.errors import InputError
 from golden.scene.gaussians import Gaussians
 from golden.settings import Settings, parse
 
-PATHS = ("orbit", "dolly", "pan", "shake", "static", "cut")
 SORTINGS = ("reuse", "full")
 
 
@@ -21,7 +21,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="file, folder, or builtin:NAME?n=..&seed=..")
     motion = parser.add_mutually_exclusive_group()
     motion.add_argument("--cameras", metavar="FILE", help="recorded cameras: transforms.json, cameras.json, TUM, Record3D")
-    motion.add_argument("--path", choices=PATHS, default="orbit", help="made camera path (default: %(default)s)")
+    motion.add_argument("--path", choices=KINDS, default="orbit", help="made camera path (default: %(default)s)")
     parser.add_argument("--camera", metavar="EX,EY,EZ/AX,AY,AZ/UX,UY,UZ/FOVY", help="where the path starts")
     parser.add_argument("--fps", type=float, default=30.0, help="frames a second (default: 30)")
     parser.add_argument("--speed", type=float, default=1.0, help="motion multiplied (default: 1)")
@@ -45,16 +45,6 @@ class Job:
     cameras: list[Camera]  # one a frame
     head: dict  # the first fields of stats.json
 
-    def cut(self, index: int) -> bool:
-        """Is frame number `index` of the list a declared camera cut? (`--path cut` jumps half-way.)"""
-        return False
-
-
-def _positive(name: str, value: float) -> float:
-    if not 0 < value < float("inf"):
-        raise InputError(f"--{name} {value:g}: wants a number above 0")
-    return value
-
 
 def _start(args: argparse.Namespace, gaussians: Gaussians, width: int, height: int) -> tuple[Camera, tuple]:
     """(first camera, look-at point)."""
@@ -68,22 +58,20 @@ def prepare(args: argparse.Namespace) -> Job:
     settings = parse(args.set)
     width, height = cameras.parse_size(args.size)
     frames = cameras.parse_frames(args.frames)
-    _positive("fps", args.fps)
-    _positive("speed", args.speed)
     if args.effects != "auto":
         raise InputError(f"--effects {args.effects}: only auto is known")
     if args.jobs < 0:
         raise InputError(f"--jobs {args.jobs}: wants 0 (all cores) or more")
-    if args.cameras and not Path(args.cameras).is_file():
-        raise InputError(f"--cameras {args.cameras}: no such file")
     gaussians = scene.load(args.scene)
     start, at = _start(args, gaussians, width, height)
     if args.cameras:
         track = cameras.read(args.cameras, width, height, frames, args.fps, args.speed)
-        if cameras.is_motion(args.cameras):
-            track = cameras.place(track, start, settings.motion_scale)
+        if kind_of(args.cameras) in ("tum", "record3d"):
+            track = cameras.place(track, start, settings.motion_scale or cameras.scene_scale(gaussians) or 1.0)
     else:
-        track = cameras.path(args.path, start, frames, args.fps, args.speed, at, args.seed)
+        track = cameras.path(
+            args.path, start, frames, args.fps, args.speed, at, cameras.scene_scale(gaussians), args.seed
+        )
     head = {
         "scene": args.scene,
         "size": [width, height],
