@@ -106,6 +106,7 @@ class Renderer:
         self.sorting = sorting
         self.number = 0  # frames rendered: chooses the chunk boundaries
         self.written: Lists | None = None
+        self.axis: np.ndarray | None = None  # last frame's optical axis
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
         antialias = {"auto": None, "on": True, "off": False}[self.settings.antialias]
@@ -120,7 +121,11 @@ class Renderer:
         table = Lists.empty(len(tiles)) if fresh or self.sorting == "full" else self.written
         new = _incoming(pairs, features, table)
         total = int(pairs.tile_offsets[-1])
-        jump = not fresh and sum(part.size for part in new) > self.settings.cut_share * max(total, 1)
+        jump = not fresh and (
+            sum(part.size for part in new) > self.settings.cut_share * max(total, 1)
+            or camera.rotation[2] @ self.axis < np.cos(np.radians(self.settings.cut_angle))
+        )
+        self.axis = camera.rotation[2]
         if (cut or jump) and not fresh:
             table = Lists.empty(len(tiles))
             new = _incoming(pairs, features, table)

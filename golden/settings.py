@@ -20,6 +20,7 @@ class Settings:
     antialias: str = _key("auto", "", "auto|on|off", "opacity compensation; auto does what the scene file asks for")
     capacity: int = _key(1 << 20, "entries", "256..1048576", "longest table of a tile; a longer one keeps the nearest")
     cut_share: float = _key(0.5, "", "0..1", "share of incoming entries above which a frame is sorted from scratch")
+    cut_angle: float = _key(15.0, "degrees", "0..180", "turn of the camera in one frame above which it counts as a cut")
     motion_scale: float = _key(0.0, "scene units a metre", ">= 0", "of a recorded path; 0: the scene's own, else 1")
     read_latency: int = _key(40, "cycles", "1..4096", "memory of the co-simulation: address to first beat")
     write_latency: int = _key(20, "cycles", "1..4096", "memory of the co-simulation: last beat to response")
@@ -42,6 +43,7 @@ def _check(key: str, value) -> None:
         "antialias": lambda v: v in ("auto", "on", "off"),
         "capacity": lambda v: params.CHUNK <= v <= 1 << 20,
         "cut_share": lambda v: 0 <= v <= 1,
+        "cut_angle": lambda v: 0 <= v <= 180,
         "motion_scale": lambda v: 0 <= v < float("inf"),
         "read_latency": lambda v: 1 <= v <= 4096,
         "write_latency": lambda v: 1 <= v <= 4096,

@@ -12,7 +12,9 @@ from golden.settings import Settings
 SH0 = 0.28209479177387814
 
 
-def camera_a(width: int = 128, height: int = 128, focal: float = 128.0, rotation=None, position=(0.0, 0.0, 0.0)) -> Camera:
+def camera_a(
+    width: int = 128, height: int = 128, focal: float = 128.0, rotation=None, position=(0.0, 0.0, 0.0)
+) -> Camera:
     """CAM-A: at the origin, looking down +z, principal point (64, 64)."""
     rotation = np.eye(3) if rotation is None else rotation
     return Camera(width, height, focal, focal, 64.0, 64.0, rotation, np.array(position, np.float64))
@@ -42,7 +44,10 @@ def gaussians(means, scales=0.1, opacities=0.9, colours=1.0, quats=(1.0, 0, 0, 0
 
 def merge(*parts: Gaussians) -> Gaussians:
     """All rows of the parts, in order."""
-    columns = [np.concatenate([getattr(part, name) for part in parts]) for name in ("means", "scales", "quats", "opacities", "sh")]
+    columns = [
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("means", "scales", "quats", "opacities", "sh")
+    ]
     return Gaussians("case", *columns, parts[0].antialias, {}, "case")
 
 

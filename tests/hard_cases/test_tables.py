@@ -29,7 +29,9 @@ def check_invariants(frame: Frame) -> None:
 def crowd(seed: int, n: int):
     rng = np.random.default_rng(seed)
     means = rng.uniform(-2, 2, (n, 3)) + (0, 0, 4)
-    return gaussians(means, scales=rng.uniform(0.01, 0.2, (n, 3)), opacities=rng.uniform(0.02, 1, n), colours=rng.random((n, 3)))
+    return gaussians(
+        means, scales=rng.uniform(0.01, 0.2, (n, 3)), opacities=rng.uniform(0.02, 1, n), colours=rng.random((n, 3))
+    )
 
 
 def test_invariants_on_a_moving_crowd():
@@ -116,7 +118,9 @@ def test_t07_overfull_tile_keeps_the_nearest_and_counts(times):
         frame = renderer.frame(camera_a())
         assert frame.counters["overflow"] == n - capacity
         assert frame.order.tile(0).size == capacity
-        assert np.array_equal(np.sort(indices_of(frame.order.tile(0))), np.sort(np.argsort(depth, kind="stable")[:capacity]))
+        assert np.array_equal(
+            np.sort(indices_of(frame.order.tile(0))), np.sort(np.argsort(depth, kind="stable")[:capacity])
+        )
     roomy = Renderer(merge(pile, other), Settings()).frame(camera_a())
     assert np.array_equal(frame.raster.value[64:, 64:], roomy.raster.value[64:, 64:])
 
@@ -126,7 +130,9 @@ def test_t08_equal_depths_do_not_depend_on_history_or_input_order():
     n = 83
     depth = np.where(np.arange(n) < 23, 3.0, rng.uniform(2, 4, n))
     means = np.stack([rng.uniform(-1, 1, n), rng.uniform(-1, 1, n), depth], 1)
-    scene = gaussians(means, scales=rng.uniform(0.3, 2, n), opacities=rng.uniform(0.2, 0.9, n), colours=rng.random((n, 3)))
+    scene = gaussians(
+        means, scales=rng.uniform(0.3, 2, n), opacities=rng.uniform(0.2, 0.9, n), colours=rng.random((n, 3))
+    )
     renderer = Renderer(scene, Settings())
     cold = renderer.frame(camera_a())
     for _ in range(3):
