@@ -34,10 +34,13 @@ def colours(gaussians: Gaussians, camera: Camera, visible: np.ndarray | None = N
     n = len(gaussians.means)
     seen = np.ones(n, np.bool_) if visible is None else visible
     out = np.zeros((n, 3))
-    position = np.ascontiguousarray(camera.position, np.float64)
-    sh = np.ascontiguousarray(gaussians.sh, np.float32)
-    _colours(np.ascontiguousarray(gaussians.means, np.float64), sh, position, seen, out)
+    _colours(plain(gaussians.means), plain(gaussians.sh, np.float32), plain(camera.position), seen, out)
     return out
+
+
+def plain(array: np.ndarray, dtype: type = np.float64) -> np.ndarray:
+    """The array in the one memory layout the compiled loops are built for: C order, writeable."""
+    return np.require(array, dtype, ["C", "W"])
 
 
 @numba.njit(parallel=True, cache=True, error_model="numpy")

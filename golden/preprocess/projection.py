@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
-from golden.preprocess.colour import colours
+from golden.preprocess.colour import colours, plain
 
 if TYPE_CHECKING:
     from golden.cameras.camera import Camera
@@ -55,13 +55,13 @@ def project(gaussians: Gaussians, camera: Camera, antialias: bool | None = None)
     det, depth, opacity = np.zeros(n), np.zeros(n), np.zeros(n)
     status = np.zeros(n, np.uint8)
     _project(
-        np.ascontiguousarray(gaussians.means, np.float64),
-        np.ascontiguousarray(gaussians.scales, np.float64),
-        np.ascontiguousarray(gaussians.quats, np.float64),
-        np.ascontiguousarray(gaussians.opacities, np.float64),
+        plain(gaussians.means),
+        plain(gaussians.scales),
+        plain(gaussians.quats),
+        plain(gaussians.opacities),
         bool(gaussians.antialias if antialias is None else antialias),
-        np.ascontiguousarray(camera.rotation, np.float64),
-        np.ascontiguousarray(camera.position, np.float64),
+        plain(camera.rotation),
+        plain(camera.position),
         (float(camera.fx), float(camera.fy), float(camera.cx), float(camera.cy), float(camera.near)),
         (float(camera.width), float(camera.height)),
         mean2d,
@@ -86,9 +86,7 @@ def project(gaussians: Gaussians, camera: Camera, antialias: bool | None = None)
 def depths(gaussians: Gaussians, camera: Camera) -> np.ndarray:
     """[N] float64 camera z of every Gaussian, bit for bit as in `project`."""
     out = np.empty(len(gaussians.means))
-    rotation = np.ascontiguousarray(camera.rotation, np.float64)
-    position = np.ascontiguousarray(camera.position, np.float64)
-    _depths(np.ascontiguousarray(gaussians.means, np.float64), rotation, position, out)
+    _depths(plain(gaussians.means), plain(camera.rotation), plain(camera.position), out)
     return out
 
 
