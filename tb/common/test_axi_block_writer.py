@@ -1,0 +1,150 @@
+"""gs_axi_block_writer: lists land packed in memory, an entry a cycle, and done waits for every B."""
+
+import cocotb
+import numpy as np
+from cocotb.triggers import RisingEdge
+
+from golden import dma, records
+from tb.lib.axi import AxiMemory
+from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
+
+TOP = "gs_axi_block_writer"
+PARAMETERS = [{"DONES": 2}, {"DONES": 8}]
+LENGTHS = (0, 1, 2, 3, 4, 0, 0, 5, 1, 1, 255, 256, 1, 257, 512, 0, 700, 2, 0, 3, 7, 1030)
+SIZE = 1 << 16
+FIELDS = ("entry", "len", "last")
+
+
+def blocks(words) -> list[tuple]:
+    """Beats of the block stream of a list."""
+    n = len(words)
+    result = []
+    for k in range(n // 256 + 1):
+        part = words[256 * k : 256 * k + 256]
+        result += [(int(w), len(part), int(k == n // 256)) for w in part] or [(None, 0, 1)]
+    return result
+
+
+def lists(*names, lengths=LENGTHS):
+    """(address, entries) for every length; the regions do not touch."""
+    random = np.random.default_rng(rng(*names).getrandbits(32))
+    result, at = [], 64
+    for n in lengths:
+        result.append((at, random.integers(0, 1 << 48, n)))
+        at += -(-6 * n // 64) * 64 + 64
+    assert at < SIZE
+    return result
+
+
+async def bench(dut, source_stall="none", sink_stall="none", write=20):
+    start_clock(dut)
+    memory = bytearray(b"\xa5" * SIZE)
+    port = AxiMemory(dut, "m_axi", memory, write=write, stall=sink_stall, seed=source_stall)
+    cmd = Source(dut, "cmd", ("addr",), stall=source_stall)
+    source = Source(dut, "blk", FIELDS, stall=source_stall)
+    sink = Sink(dut, "done", ("n",), stall=sink_stall)
+    Monitor(dut, "done", ("n",))
+    await reset(dut)
+    return port, memory, cmd, source, sink
+
+
+def image(items) -> bytearray:
+    """What the memory should hold: tables padded with zeros to whole beats, everything else untouched."""
+    memory = bytearray(b"\xa5" * SIZE)
+    for at, words in items:
+        memory[at : at + 8 * dma.beats(len(words))] = bytes(8 * dma.beats(len(words)))
+        memory[at : at + 6 * len(words)] = records.entry_bytes(words).tobytes()
+    return memory
+
+
+@cocotb.test()
+@stall_pairs
+async def test_every_list_lands_in_its_place(dut, source_stall, sink_stall):
+    port, memory, cmd, source, sink = await bench(dut, source_stall, sink_stall)
+    items = lists("block", source_stall, sink_stall)
+    board = Scoreboard(sink)
+    for at, words in items:
+        cmd.send([(at,)])
+        source.send(blocks(words))
+        board.expect([(len(words),)])
+    await board.finish()
+    assert port.idle() and memory == image(items) and dut.error.value == 0
+
+
+@cocotb.test()
+async def test_an_entry_a_cycle_across_blocks_and_lists(dut):
+    port, memory, cmd, source, sink = await bench(dut)
+    items = lists("stream", lengths=(700, 256, 1, 2, 3, 4, 1030, 1, 1))
+    for at, words in items:
+        cmd.send([(at,)])
+        source.send(blocks(words))
+    await sink.wait(len(items))
+    if int(dut.DONES.value) >= 8:  # fewer would have to wait for their responses
+        assert source.cycles == list(range(source.cycles[0], source.cycles[0] + len(source.cycles)))
+    assert memory == image(items)
+
+
+@cocotb.test()
+@cocotb.parametrize(write=[1, 20])
+async def test_cycles_equal_golden(dut, write):
+    port, memory, cmd, source, sink = await bench(dut, write=write)
+    for k, (at, words) in enumerate(lists("cycles")):
+        cmd.send([(at,)])
+        source.send(blocks(words))
+        await sink.wait(k + 1)
+        assert source.cycles[-1] - source.cycles[-len(blocks(words))] == len(blocks(words)) - 1
+        assert sink.cycles[-1] == dma.written(source.cycles[-1], len(words), write), len(words)
+
+
+@cocotb.test()
+async def test_done_waits_for_the_last_response(dut):
+    port, memory, cmd, source, sink = await bench(dut, write=300)
+    items = lists("responses", lengths=(3, 512, 0, 9))
+    for at, words in items:
+        cmd.send([(at,)])
+        source.send(blocks(words))
+    await sink.wait(len(items))
+    assert len(port.b) == len(port.aw) and [beat for (beat,) in sink.beats] == [3, 512, 0, 9]
+    ends = [sum(address < at + 2 * 8192 and address <= at + 6 * len(w) for _, address, _ in port.aw) for at, w in items]
+    for cycle, count in zip(sink.cycles, ends, strict=True):
+        assert cycle > (port.b[count - 1] if count else 0)
+
+
+@cocotb.test()
+async def test_reset_in_flight_forgets_the_list(dut):
+    port, memory, cmd, source, sink = await bench(dut, "random", "random")
+    for at, words in lists("before"):
+        cmd.send([(at,)])
+        source.send(blocks(words))
+    while len(source.cycles) < 300:
+        await RisingEdge(dut.clk)
+    dut.rst.value = 1
+    await RisingEdge(dut.clk)
+    cmd.clear()
+    source.clear()
+    await reset(dut)
+    cmd.clear()
+    source.clear()
+    sink.clear()
+    memory[:] = b"\xa5" * SIZE
+    items = lists("after", lengths=(5, 300))
+    board = Scoreboard(sink)
+    for at, words in items:
+        cmd.send([(at,)])
+        source.send(blocks(words))
+        board.expect([(len(words),)])
+    await board.finish()
+    assert memory == image(items)
+
+
+@cocotb.test()
+async def test_an_error_answer_is_kept(dut):
+    port, memory, cmd, source, sink = await bench(dut)
+    port.answer = 2
+    for at, words in lists("error", lengths=(4, 4)):
+        cmd.send([(at,)])
+        source.send(blocks(words))
+        await sink.wait(1)
+        port.answer = 0
+    await sink.wait(2)
+    assert dut.error.value == 1

@@ -1,0 +1,118 @@
+"""gs_axi_list_reader: every table of any length at any place comes as a list, an entry a cycle."""
+
+import cocotb
+import numpy as np
+
+from golden import dma, records
+from tb.lib.axi import AxiMemory
+from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
+
+TOP = "gs_axi_list_reader"
+LENGTHS = (0, 1, 2, 3, 4, 5, 0, 0, 255, 256, 257, 341, 342, 700, 1)
+SIZE = 1 << 16
+
+
+def tables(*names) -> tuple[bytearray, list[tuple[int, np.ndarray]]]:
+    """A memory of noise with tables of LENGTHS in it, some of them just before a border."""
+    random = np.random.default_rng(rng(*names).getrandbits(32))
+    memory = bytearray(random.integers(0, 256, SIZE, np.uint8).tobytes())
+    result, at = [], 4096 - 64
+    for n in LENGTHS:
+        words = random.integers(0, 1 << 48, n)
+        memory[at : at + 6 * n] = records.entry_bytes(words).tobytes()
+        result.append((at, words))
+        at += -(-6 * n // 64) * 64 + 64 * int(random.integers(0, 3))
+        if random.random() < 0.3:
+            at = (at | 4095) + 1 - 8 * int(random.integers(0, 4))
+    assert at < SIZE
+    return memory, result
+
+
+async def bench(dut, source_stall="none", sink_stall="none", read=40):
+    start_clock(dut)
+    memory, result = tables("list", source_stall, sink_stall)
+    port = AxiMemory(dut, "m_axi", memory, read=read, stall=source_stall, seed=sink_stall)
+    cmd = Source(dut, "cmd", ("addr", "n"), stall=source_stall)
+    sink = Sink(dut, "list", ("entry", "last"), stall=sink_stall)
+    Monitor(dut, "list", ("entry", "last"))
+    await reset(dut)
+    return port, result, cmd, sink
+
+
+def beats(words) -> list[tuple]:
+    return [(int(w), 0) for w in words] + [(None, 1)]
+
+
+@cocotb.test()
+@stall_pairs
+async def test_every_table_comes_as_a_list(dut, source_stall, sink_stall):
+    port, result, cmd, sink = await bench(dut, source_stall, sink_stall)
+    board = Scoreboard(sink)
+    for at, words in result:
+        cmd.send([(at, len(words))])
+        board.expect(beats(words))
+    await board.finish()
+    assert port.idle() and dut.error.value == 0
+    assert sum(count for _, _, count in port.ar) == sum(dma.beats(len(words)) for _, words in result)
+
+
+@cocotb.test()
+@cocotb.parametrize(read=[1, 2, 40])
+async def test_cycles_equal_golden(dut, read):
+    _, result, cmd, sink = await bench(dut, read=read)
+    for at, words in result:
+        sink.clear()
+        cmd.send([(at, len(words))])
+        await sink.wait(len(words) + 1)
+        assert sink.cycles == list(dma.list_arrival(cmd.cycles[-1], len(words), read))
+
+
+@cocotb.test()
+async def test_the_next_command_is_taken_with_the_end_beat(dut):
+    _, result, cmd, sink = await bench(dut)
+    cmd.send([(at, len(words)) for at, words in result])
+    await sink.wait(sum(len(words) + 1 for _, words in result))
+    ends = [t for t, beat in zip(sink.cycles, sink.beats, strict=True) if beat[1]]
+    assert cmd.cycles[1:] == [dma.list_next(end) for end in ends[:-1]]
+
+
+@cocotb.test()
+async def test_addresses_do_not_wait_for_data(dut):
+    port, result, cmd, sink = await bench(dut, read=500)
+    at, words = result[13]  # three bursts or more
+    cmd.send([(at, len(words))])
+    await sink.wait(len(words) + 1)
+    first = cmd.cycles[0] + 1
+    assert len(port.ar) >= 3 and [t for t, _, _ in port.ar] == list(range(first, first + len(port.ar)))
+
+
+@cocotb.test()
+async def test_reset_in_flight_forgets_the_table(dut):
+    port, result, cmd, sink = await bench(dut, "random", "random")
+    cmd.send([(at, len(words)) for at, words in result])
+    await sink.wait(300)
+    dut.rst.value = 1
+    cmd.clear()
+    await reset(dut)
+    sink.clear()
+    cmd.clear()
+    at, words = result[4]
+    cmd.send([(at, len(words))])
+    board = Scoreboard(sink)
+    board.expect(beats(words))
+    await board.finish()
+    assert port.idle()
+
+
+@cocotb.test()
+async def test_an_error_answer_is_kept(dut):
+    port, result, cmd, sink = await bench(dut)
+    port.answer = 2
+    cmd.send([(result[1][0], 1)])
+    await sink.wait(2)
+    port.answer = 0
+    cmd.send([(result[2][0], 2)])
+    await sink.wait(5)
+    assert dut.error.value == 1
+    await reset(dut)
+    assert dut.error.value == 0

@@ -1,0 +1,91 @@
+"""gs_axi_record_reader: each index brings its record, in order, one every three cycles."""
+
+import cocotb
+
+from golden import dma, params
+from tb.lib.axi import AxiMemory
+from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
+
+TOP = "gs_axi_record_reader"
+BASE = 0x1238
+COUNT = 2000
+
+
+def record(memory: bytearray, index: int) -> int:
+    at = BASE + params.RECORD_BYTES * index
+    return int.from_bytes(memory[at : at + params.RECORD_BYTES], "little")
+
+
+async def bench(dut, source_stall="none", sink_stall="none", read=40):
+    start_clock(dut)
+    random = rng("record", source_stall, sink_stall)
+    memory = bytearray(random.randbytes(BASE + params.RECORD_BYTES * COUNT + 64))
+    port = AxiMemory(dut, "m_axi", memory, read=read, stall=source_stall, seed=sink_stall)
+    dut.cfg_addr.value = BASE
+    source = Source(dut, "idx", ("index",), stall=source_stall)
+    sink = Sink(dut, "rec", ("record",), stall=sink_stall)
+    Monitor(dut, "rec", ("record",))
+    await reset(dut)
+    return random, memory, port, source, sink
+
+
+def border() -> list[int]:
+    """Indices whose record needs two bursts."""
+    return [i for i in range(COUNT) if dma.record_split(i, BASE)]
+
+
+@cocotb.test()
+@stall_pairs
+async def test_every_index_brings_its_record(dut, source_stall, sink_stall):
+    random, memory, port, source, sink = await bench(dut, source_stall, sink_stall)
+    board = Scoreboard(sink)
+    for _ in range(3):
+        indices = [random.randrange(COUNT) for _ in range(80)] + border() + [0, 1, 2, 3, COUNT - 1]
+        source.send([(i,) for i in indices])
+        board.expect([(record(memory, i),) for i in indices])
+        await source.drained()
+    await board.finish()
+    assert port.idle() and dut.error.value == 0 and len(border()) >= 5
+
+
+@cocotb.test()
+@cocotb.parametrize(read=[1, 40])
+async def test_cycles_equal_golden(dut, read):
+    random, _, _, source, sink = await bench(dut, read=read)
+    indices = [random.randrange(COUNT) for _ in range(100)] + border()[:4] + [5] + border()[4:5] + [7, 8]
+    source.send([(i,) for i in indices])
+    await sink.wait(len(indices))
+    taken, done = [source.cycles[0]], []
+    for k, index in enumerate(indices):
+        split = int(dma.record_split(index, BASE))
+        taken.append(taken[-1] + 1 + split)
+        done.append(max(taken[k] + dma.RECORD_CYCLES + read, done[-1] + 3 if done else 0))
+    assert source.cycles == taken[:-1] and sink.cycles == done
+
+
+@cocotb.test()
+async def test_reset_in_flight_forgets_all_records(dut):
+    random, memory, _, source, sink = await bench(dut, "random", "random")
+    source.send([(random.randrange(COUNT),) for _ in range(200)])
+    await sink.wait(31)
+    dut.rst.value = 1
+    source.clear()
+    await reset(dut)
+    source.clear()
+    sink.clear()
+    source.send([(9,), (11,)])
+    board = Scoreboard(sink)
+    board.expect([(record(memory, 9),), (record(memory, 11),)])
+    await board.finish()
+
+
+@cocotb.test()
+async def test_an_error_answer_is_kept(dut):
+    _, _, port, source, sink = await bench(dut)
+    port.answer = 3
+    source.send([(1,)])
+    await sink.wait(1)
+    port.answer = 0
+    source.send([(2,)])
+    await sink.wait(2)
+    assert dut.error.value == 1
