@@ -2,7 +2,7 @@
 
 import pytest
 
-from tb.formal.settings import PARAMETERS
+from tb.formal.settings import SETTINGS, Setting
 from tests import builds, formal
 from tests.builds import ROOT
 
@@ -11,7 +11,7 @@ MODULES = [name for name, path in builds.modules().items() if ROOT / "rtl" in pa
 
 @pytest.mark.parametrize("module", [name for name in MODULES if formal.output_streams(name)])
 def test_output_streams_hold_their_beats(module):
-    problem = formal.prove(module, PARAMETERS.get(module, {}), ROOT / "build" / "formal" / module)
+    problem = formal.prove(module, SETTINGS.get(module, Setting()), ROOT / "build" / "formal" / module)
     assert not problem, problem
 
 
@@ -32,5 +32,5 @@ def test_only_a_skid_buffer_that_shows_other_beats_fails(right, wrong, request):
     assert right in source
     broken = folder / "gs_skid.v"
     broken.write_text(source.replace(right, wrong))
-    problem = formal.prove("gs_skid", {"WIDTH": 8}, folder, [broken])
+    problem = formal.prove("gs_skid", SETTINGS["gs_skid"], folder, [broken])
     assert bool(problem) is ("head_go" in wrong), problem
