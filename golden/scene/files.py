@@ -16,8 +16,8 @@ CLAIM_PER_BYTE = 8
 
 
 def one_line(text: object) -> str:
-    """Text of an exception or value, on one line and short."""
-    line = " ".join(str(text).split())
+    """Text of an exception or value: one line, short, no control characters."""
+    line = "".join(c if c.isprintable() else "?" for c in " ".join(str(text).split()))
     return line if len(line) <= 200 else line[:197] + "..."
 
 

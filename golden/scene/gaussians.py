@@ -72,7 +72,9 @@ def checked(
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
         norms = np.einsum("ij,ij->i", arrays[2], arrays[2])
         rules = {
-            "rejected_nonfinite": ~np.logical_and.reduce([np.isfinite(a.reshape(n, -1)).all(axis=1) for a in arrays]),
+            "rejected_nonfinite": ~np.logical_and.reduce(
+                [np.isfinite(a).all(axis=tuple(range(1, a.ndim))) for a in arrays]
+            ),
             "rejected_scale": (arrays[1] < 0).any(axis=1),
             "rejected_quat": ~((norms > NORM_MIN) & np.isfinite(norms)),
         }

@@ -27,6 +27,7 @@ INRIA += tuple(f"rot_{i}" for i in range(4))
 PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is not finite and its row dropped
 def read(path: Path, source: str) -> gaussians.Gaussians:
     size = require_file(path)
     check_header(path, size)
@@ -34,7 +35,7 @@ def read(path: Path, source: str) -> gaussians.Gaussians:
         ply = plyfile.PlyData.read(str(path), mmap="r")
         elements = {e.name: e.data for e in ply.elements}
     except Exception as error:  # plyfile has no common base class for what a broken body raises
-        raise InputError(f"{path}: the body does not follow the header ({one_line(error)})") from error
+        raise InputError(f"{path}: is not readable as PLY ({one_line(error)})") from error
     comments = [*ply.comments, *(c for e in ply.elements for c in e.comments)]
     name = path.name.removesuffix(".ply").removesuffix(".compressed")
     if "vertex" not in elements:
@@ -52,32 +53,44 @@ def check_header(path: Path, size: int) -> None:
         raise InputError(f"{path}: starts with {head[:4]!r}, a PLY file starts with the line 'ply'")
     if match is None:
         raise InputError(f"{path}: the header has no line 'end_header', the file is truncated or not PLY")
-    body = size - match.end()
-    ascii_rows, row, need, count, element = False, 0, 0, 0, ""
+    text, elements = False, []  # [name, rows, least bytes a row, has a list]
     for at, raw in enumerate(re.split(rb"\r\n|\n|\r", head[: match.start()]), start=1):
         words = raw.decode("latin-1").split()
         if words[:1] == ["format"]:
-            ascii_rows = words[1:2] == ["ascii"]
+            text = words[1:2] == ["ascii"]
         elif words[:1] == ["element"]:
-            need += count * row
-            row, element = 0, words[1] if len(words) > 1 else ""
-            if len(words) != 3 or not re.fullmatch(r"\d{1,18}", words[2]):
+            if len(words) != 3 or not re.fullmatch(r"[0-9]{1,18}", words[2]):
                 raise InputError(f"{path}: line {at} is '{one_line(' '.join(words))}', 'element NAME COUNT' is needed")
-            count = int(words[2])
-        elif words[:1] == ["property"]:
-            listed = words[1:2] == ["list"]
-            kind = words[2 if listed else 1] if len(words) > (2 if listed else 1) else ""
-            if kind not in TYPE_BYTES:
-                raise InputError(f"{path}: line {at}: type '{kind}' is unknown, e.g. 'property float x' is needed")
-            if listed and element in ("vertex", "chunk", "sh"):
-                raise InputError(f"{path}: line {at}: element '{element}' has a list property, only scalars are read")
-            row += 2 if ascii_rows else TYPE_BYTES[kind]
-        need_now = need + count * row - ascii_rows  # the last line of text may lack its line feed
-        if need_now > body:
+            elements.append([words[1], int(words[2]), 0, False])
+        elif words[:1] == ["property"] and elements:
+            kind = (words[2:3] if words[1:2] == ["list"] else words[1:2]) or [""]
+            if kind[0] not in TYPE_BYTES:
+                known = ", ".join(TYPE_BYTES)
+                raise InputError(f"{path}: line {at}: type '{one_line(kind[0])}' is unknown, one of {known} is needed")
+            elements[-1][2] += 2 if text else TYPE_BYTES[kind[0]]
+            elements[-1][3] |= words[1] == "list"
+            if elements[-1][3] and elements[-1][0] in ("vertex", "chunk", "sh"):
+                raise InputError(f"{path}: line {at}: a list in element '{elements[-1][0]}', only scalars are read")
+    check_rows(path, elements, size - match.end(), match.end() if text else None)
+
+
+def check_rows(path: Path, elements: list[list], body: int, text_at: int | None) -> None:
+    """Rows that the elements count against the bytes of the body, or, for text from a place on, its lines."""
+    need = 0
+    for name, count, row, _ in elements:
+        need += count * row
+        if need - (text_at is not None) > body:  # the last line of text may lack its line feed
             raise InputError(
-                f"{path}: element '{element}' claims {count} rows, the header needs at least {need_now} bytes"
-                f" and {body} follow it; the file is truncated or the count wrong"
+                f"{path}: element '{one_line(name)}' claims {count} rows, up to there {need} bytes are needed and"
+                f" {body} follow the header; the file is truncated or the count wrong"
             )
+    rows = sum(count for _, count, _, _ in elements)
+    if text_at is not None:
+        spare = sum(bool(line.strip()) for line in path.read_bytes()[text_at:].splitlines()) - rows
+    else:
+        spare = (body - need) // max([1, *(row for _, _, row, _ in elements[-1:])])
+    if spare > 0 and not any(listed for *_, listed in elements):
+        raise InputError(f"{path}: {spare} rows follow the {rows} that the header counts; the count is wrong")
 
 
 def antialias_of(comments: list[str]) -> bool:
@@ -117,9 +130,8 @@ def harmonics(dc: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """dc [N, 3] and rest [N, 3 * (K - 1)] (channel by channel) to [N, K, 3] float32."""
     n = len(dc)
     sh = np.empty((n, 1 + rest.shape[1] // 3, 3), np.float32)
-    with np.errstate(over="ignore"):
-        sh[:, 0] = dc
-        sh[:, 1:] = rest.reshape(n, 3, sh.shape[1] - 1).transpose(0, 2, 1)
+    sh[:, 0] = dc
+    sh[:, 1:] = rest.reshape(n, 3, sh.shape[1] - 1).transpose(0, 2, 1)
     return sh
 
 
@@ -166,8 +178,7 @@ def compressed(
         low = columns(path, "chunk", chunks, [f"min_{prefix}{a}" for a in axes]).astype(np.float64)[of_chunk]
         high = columns(path, "chunk", chunks, [f"max_{prefix}{a}" for a in axes]).astype(np.float64)[of_chunk]
         t = np.stack(parts, axis=1)
-        with np.errstate(invalid="ignore", over="ignore"):
-            return low * (1 - t) + high * t
+        return low * (1 - t) + high * t
 
     means = in_box([bits(position, 21, 11), bits(position, 11, 10), bits(position, 0, 11)], "", "xyz")
     logs = in_box([bits(scale, 21, 11), bits(scale, 11, 10), bits(scale, 0, 11)], "scale_", "xyz")

@@ -157,6 +157,7 @@ def image(load: Loader, file: object, where: str, fits: Callable[[int, int], str
         raise InputError(f"{where}: cannot be decoded ({one_line(error)})") from error
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is not finite and its row dropped
 def decode(data: bytes, load: Loader, where: str, name: str, source: str) -> gaussians.Gaussians:
     """Gaussians of one meta.json and a way to get at the images it names."""
     meta = parse_json(data, where)
@@ -202,9 +203,8 @@ def decode(data: bytes, load: Loader, where: str, name: str, source: str) -> gau
 
     mins, maxs = (numbers(means.get(k), (3,), f"{where}: means.{k}") for k in ("mins", "maxs"))
     code = low[:, :3].astype(np.float64) + 256.0 * high[:, :3]
-    with np.errstate(over="ignore", invalid="ignore"):
-        logs = mins + (maxs - mins) * (code / 65535)
-        positions = np.sign(logs) * np.expm1(np.abs(logs))
+    logs = mins + (maxs - mins) * (code / 65535)
+    positions = np.sign(logs) * np.expm1(np.abs(logs))
     quats = with_largest((packed_quats[:, :3] / 255.0 - 0.5) * np.sqrt(2), np.maximum(packed_quats[:, 3], 252) - 252)
     quats[packed_quats[:, 3] < 252] = 0  # no such place: dropped and counted as a zero quaternion
     if version == 2:
