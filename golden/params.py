@@ -36,8 +36,9 @@ CHOL_F = 20  # footprint u = a*dx + b*dy, v = c*dy in sqrt(log2) units; UQ1.20, 
 CHOL_W = CHOL_F + 1  # a and c; b has a sign bit more
 OPACITY_F = 13  # -log2(opacity), UQ3.13: folded into the exponent, no multiply
 OPACITY_W = 16
-COLOUR_F = 10  # UQ2.10: colours above 1 occur
-COLOUR_W = 12
+COLOUR_F = 10  # UQ3.10: colours above 1 occur, in real scenes up to 4.4
+COLOUR_W = 13
+COLOUR_MAX = 7.5  # larger ones are clamped: the accumulator (below 8) keeps head-room for its roundings
 RECORD_FIELDS = (  # name, bits
     ("mean_x", MEAN_W),
     ("mean_y", MEAN_W),

@@ -26,7 +26,7 @@ class Settings:
     write_latency: int = _key(20, "cycles", "1..4096", "memory of the co-simulation: last beat to response")
 
     def background_codes(self) -> tuple[int, int, int]:
-        """UQ2.COLOUR_F codes of the background."""
+        """UQ3.COLOUR_F codes of the background."""
         red, green, blue = (round(float(part) * 2**params.COLOUR_F) for part in self.background.split(","))
         return red, green, blue
 

@@ -26,7 +26,7 @@
 `define GS_OPACITY_F 13
 `define GS_OPACITY_W 16
 `define GS_COLOUR_F 10
-`define GS_COLOUR_W 12
+`define GS_COLOUR_W 13
 `define GS_RECORD_W 192
 `define GS_RECORD_BYTES 24
 `define GS_GEOMETRY_W 128
@@ -53,10 +53,10 @@
 `define GS_RECORD_CHOL_B 69 +: 22
 `define GS_RECORD_CHOL_C 91 +: 21
 `define GS_RECORD_OPACITY 112 +: 16
-`define GS_RECORD_RED 128 +: 12
-`define GS_RECORD_GREEN 140 +: 12
-`define GS_RECORD_BLUE 152 +: 12
-`define GS_RECORD_KEY 164 +: 23
+`define GS_RECORD_RED 128 +: 13
+`define GS_RECORD_GREEN 141 +: 13
+`define GS_RECORD_BLUE 154 +: 13
+`define GS_RECORD_KEY 167 +: 23
 `define GS_EXP_BASE_W 18
 `define GS_EXP_BASE {18'h2169b, 18'h22e46, 18'h246fe, 18'h260cd, 18'h27bc2, 18'h297e7, 18'h2b54c, 18'h2d3fe, 18'h2f40c, 18'h31585, 18'h33879, 18'h35cfa, 18'h38318, 18'h3aae7, 18'h3d479, 18'h3ffe1}
 `define GS_EXP_SLOPE_W 14

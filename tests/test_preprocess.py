@@ -350,13 +350,13 @@ def test_what_does_not_fit_is_counted():
     scene = gaussians(
         [(130, 0, 2), (0, 0, 2), (0, 0, 2.0**30), (0, 0, 3)],
         scales=[(200, 200, 200), (0.1, 0.1, 0.1), (2.0**29, 2.0**29, 2.0**29), (0.1, 0.1, 0.1)],
-        colours=[(1, 1, 1), (5, 0, 0), (1, 1, 1), (3.9, 3.9, 3.9)],
+        colours=[(1, 1, 1), (8, 0, 0), (1, 1, 1), (3.9, 3.9, 3.9)],
     )
     p = project(scene, camera_a())
     f = encode(p)
     assert p.visible.all() and list(f.visible) == [False, True, True, True]
     assert f.counters == {"culled_range": 1, "clamped_colour": 1, "clamped_depth": 1}
-    assert f.colour[1, 0] == 4095 and f.key[2] == records.KEY_MASK
+    assert f.colour[1, 0] == 7680 and f.key[2] == records.KEY_MASK
 
 
 def alpha_error(sigma: float, aspect: float, angle: float) -> float:

@@ -21,7 +21,7 @@ from golden.preprocess.projection import Projection
 
 _FOOTPRINT = math.sqrt(math.log2(math.e) / 2)
 _MEAN_LIMIT = 1 << (params.MEAN_W - 1)
-_COLOUR_MAX = (1 << params.COLOUR_W) - 1
+_COLOUR_MAX = int(params.COLOUR_MAX * (1 << params.COLOUR_F))
 OPACITY_NONE = (1 << params.OPACITY_W) - 1  # above the cut: such a record never hits a subtile
 
 
@@ -32,7 +32,7 @@ class Features:
     mean: np.ndarray  # [N, 2] SQ13.10
     chol: np.ndarray  # [N, 3] a UQ1.20, b SQ1.20, c UQ1.20
     opacity: np.ndarray  # [N] UQ3.13, -log2(opacity)
-    colour: np.ndarray  # [N, 3] UQ2.10
+    colour: np.ndarray  # [N, 3] UQ3.10, at most COLOUR_MAX
     key: np.ndarray  # [N] depth key
     visible: np.ndarray  # [N] bool
     counters: dict[str, int] = field(default_factory=dict)  # culled_range, clamped_colour, clamped_depth
@@ -46,7 +46,7 @@ class Features:
 def encode(projection: Projection) -> Features:
     """Codes of every visible Gaussian; all roundings half_up.
 
-    Counted: culled_range, the mean does not fit SQ13.10; clamped_colour, Gaussians with a channel above UQ2.10;
+    Counted: culled_range, the mean does not fit SQ13.10; clamped_colour, Gaussians with a channel above COLOUR_MAX;
     clamped_depth, Gaussians whose depth is outside the key's range.
     """
     n = len(projection.visible)

@@ -240,7 +240,7 @@ def rasterise(tables, features, tile_xy, width: int, height: int, background=(0,
 
     tables: (offsets int64[T + 1], words int64[E]), valid entries in table order.
     features: arrays mean [N, 2], chol [N, 3] (a, b, c), opacity [N], colour [N, 3], key [N] of record codes.
-    tile_xy: int64[T, 2] pixel origins. background: three UQ2.10 codes. Pixels of no tile stay 0.
+    tile_xy: int64[T, 2] pixel origins. background: three UQ3.10 codes. Pixels of no tile stay 0.
     """
     offsets, words = (np.ascontiguousarray(x, np.int64) for x in tables)
     tile_xy = np.ascontiguousarray(tile_xy, np.int64).reshape(-1, 2)

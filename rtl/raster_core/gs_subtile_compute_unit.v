@@ -62,9 +62,9 @@ module gs_subtile_compute_unit #(
     input  wire [MEAN_W-1:0]              op_mean_x,   // SQ13.MEAN_F
     input  wire [MEAN_W-1:0]              op_mean_y,   // SQ13.MEAN_F
     input  wire [OPACITY_W-1:0]           op_opacity,  // UQ3.OPACITY_F
-    input  wire [COLOUR_W-1:0]            op_red,      // UQ2.COLOUR_F
-    input  wire [COLOUR_W-1:0]            op_green,    // UQ2.COLOUR_F
-    input  wire [COLOUR_W-1:0]            op_blue,     // UQ2.COLOUR_F
+    input  wire [COLOUR_W-1:0]            op_red,      // UQ3.COLOUR_F
+    input  wire [COLOUR_W-1:0]            op_green,    // UQ3.COLOUR_F
+    input  wire [COLOUR_W-1:0]            op_blue,     // UQ3.COLOUR_F
 
     // px: pixel buffer; word {group, beat} holds lane l at bit l * (T_F + 2 + 3*ACC_W): {done, blue, green, red, T}
     output wire                               px_rd_en,
@@ -137,6 +137,13 @@ module gs_subtile_compute_unit #(
         .out_p     (s10_ps)
     );
 
+    reg               s12_blend;
+    reg               s12_swap;
+    reg               s12_store;
+    reg               s12_fresh;
+    reg [1:0]         s12_beat;
+    reg [GROUP_W-1:0] s12_group;
+
     // What the later stages need of an operation: every register holds it for four cycles, then it is in the next one.
     wire [SWAP_W-1:0]    op_what = {op_swap, op_store, op_fresh, op_group, op_cols, op_rows};
     reg  [SWAP_W-1:0]    s1_what;
@@ -157,7 +164,7 @@ module gs_subtile_compute_unit #(
         if (start_q[4])  s5_colours  <= s1_colours;
         if (start_q[7])  s8_colours  <= s5_colours;
         if (start_q[10]) s11_colours <= s8_colours;
-        if (start_q[13]) s14_colours <= s11_colours;
+        if (start_q[13]) s14_colours <= s11_colours & {COLOURS_W{!s12_swap}};  // a swap's may be X
     end
 
     // S11, control: which beat, and what it is
@@ -173,12 +180,6 @@ module gs_subtile_compute_unit #(
     assign px_rd_en   = s11_valid && s11_swap && !s11_fresh;
     assign px_rd_addr = {s11_group, s11_beat};
 
-    reg               s12_blend;
-    reg               s12_swap;
-    reg               s12_store;
-    reg               s12_fresh;
-    reg [1:0]         s12_beat;
-    reg [GROUP_W-1:0] s12_group;
     always @(posedge clk) begin
         s12_blend <= s11_valid && !s11_swap && !rst;
         s12_swap  <= s11_valid && s11_swap && !rst;
@@ -201,7 +202,7 @@ module gs_subtile_compute_unit #(
             reg                s11_keep;
             reg                s12_keep;
             reg  [ALPHA_F-1:0] s12_alpha;  // UQ0.ALPHA_F
-            gs_exp2_unit u_exp2 (
+            gs_exp2_unit #(.POWER_F(POWER_F), .EXP_F(EXP_F)) u_exp2 (
                 .clk  (clk),
                 .in_p (s10_p[P_W-2:0]),
                 .out_y(s11_y)
@@ -301,7 +302,7 @@ module gs_subtile_compute_unit #(
         if (s12_last) begin
             sat_group  <= held_q;
             sat_stored <= s12_store;
-            held_q       <= s12_group;
+            held_q     <= s12_group;
         end
         if (rst) held_q <= {GROUP_W{1'b0}};
     end

@@ -188,7 +188,7 @@ def test_s10_one_pixel_that_stays_open():
 
 
 def test_s11_largest_colour_does_not_wrap():
-    top = (2 ** (params.COLOUR_W - params.COLOUR_F)) - 2.0**-params.COLOUR_F
+    top = params.COLOUR_MAX
     for opacity, layers in ((0.05, 1000), (0.99, 3)):
         scene = gaussians([(0, 0, 2)] * layers, scales=50.0, opacities=opacity, colours=top)
         frame = render(scene, camera_a(), background="1,1,1")
