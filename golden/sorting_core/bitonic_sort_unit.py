@@ -49,7 +49,7 @@ def ring(groups: np.ndarray) -> np.ndarray:
 
 
 def bitonic(groups: np.ndarray) -> np.ndarray:
-    """[m, n] groups through the bitonic network's steps: pairs at a distance, in blocks that ascend and descend in turn."""
+    """[m, n] groups through the bitonic network's steps: pairs at a distance, in blocks that alternately descend."""
     slots = groups.copy()
     n = groups.shape[1]
     size = 2

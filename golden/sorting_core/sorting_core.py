@@ -1,8 +1,8 @@
 """gs_sorting_core: repairs a table chunk by chunk and merges it with the sorted incoming entries.
 
 Neo, section 4 (dynamic partial sorting, Algorithm 1): the table of the last frame is cut into chunks of CHUNK entries,
-and the cuts of even frames lie CHUNK / 2 before those of odd ones, so that entries cross them. Here a chunk begins where
-the one before it ends and the last one ends with the table, so each frame sorts every entry exactly once.
+and the cuts of even frames lie CHUNK / 2 before those of odd ones, so that entries cross them. Here a chunk begins
+where the one before it ends and the last one ends with the table, so each frame sorts every entry exactly once.
 """
 
 from __future__ import annotations
@@ -128,7 +128,6 @@ def _timing(a_arrival, b_arrival, a, b, first, merging, sort_steps, busy):
     if merging:
         at = _join(a, b, a_arrival, b_arrival, at, n, True, a_taken, b_taken, merged, sent)
     else:
-        ordered = np.empty(n, np.int64)
         there = np.zeros(n + 1, np.int64)  # the sorted entries wait in the memory
         read = np.zeros(n + 1, np.int64)
         start, length = 0, first
@@ -143,10 +142,9 @@ def _timing(a_arrival, b_arrival, a, b, first, merging, sort_steps, busy):
             taken, left = bitonic_sort_unit.timing(arrival, sort_steps)
             count = end - start if cut else end - start + 1
             a_taken[start : start + count] = taken[:count]
-            ordered[start:end] = np.sort(a[start:end])
             take = max(left[end - start] + 1, at[0])  # the sorter takes the chunk
             at = (take + 2 + pass_cycles(end - start), at[1], at[2], at[3])
-            at = _join(ordered, b, there, b_arrival, at, end, not cut, read, b_taken, merged, sent)
+            at = _join(a, b, there, b_arrival, at, end, not cut, read, b_taken, merged, sent)
             load = take + 1
             start, length = end, params.CHUNK
     t, _, _, m = at
@@ -192,7 +190,8 @@ def timing(
     block buffer a cycle later (blocks). The next command is accepted once the list's last block no longer waits.
     """
     arrivals = (np.asarray(a_arrival, np.int64), np.asarray(b_arrival, np.int64))
-    return Timing(*_timing(*arrivals, words_a, words_b, first, merge, bitonic_sort_unit.steps(network), busy))
+    a = words_a if merge else sort_chunks(words_a, first)
+    return Timing(*_timing(*arrivals, a, words_b, first, merge, bitonic_sort_unit.steps(network), busy))
 
 
 def cycles(words_a: np.ndarray, words_b: np.ndarray, first: int = params.CHUNK, merge: bool = False) -> int:
