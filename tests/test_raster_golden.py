@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -12,44 +10,9 @@ from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import tile_bitmap
 from golden.raster_core.raster_core import rasterise
+from tb.raster_core.scenes import every_entry, scene, tiles, walls
 
 BACKGROUND = (100, 512, 1023)
-
-
-def scene(n: int, width: int, height: int, seed: int = 0, sigma: float = 3.0, opaque: float = 0.5) -> SimpleNamespace:
-    """Random Gaussians in record codes over and around a width x height picture; a share is opaque."""
-    r = np.random.default_rng(seed)
-    mean = r.uniform(-16, [width + 16, height + 16], (n, 2))
-    minor = np.exp(r.normal(np.log(sigma), 0.7, n)).clip(0.55, 300)
-    major = (minor * np.exp(np.abs(r.normal(0, 1.2, n)))).clip(0.55, 2000)
-    angle = r.uniform(0, np.pi, n)
-    cos, sin = np.cos(angle), np.sin(angle)
-    xx = (cos / major) ** 2 + (sin / minor) ** 2
-    xy = cos * sin * (major**-2.0 - minor**-2.0)
-    a = np.sqrt(xx)
-    b = xy / a
-    c = 1 / (a * major * minor)
-    chol = np.stack([a, b, c], axis=1) * np.sqrt(np.log2(np.e) / 2)
-    alpha = np.where(r.random(n) < opaque, r.uniform(0.7, 1, n), r.uniform(0.004, 0.3, n))
-    return SimpleNamespace(
-        mean=np.rint(np.ldexp(mean, params.MEAN_F)).astype(np.int64),
-        chol=np.rint(np.ldexp(chol, params.CHOL_F)).astype(np.int64),
-        opacity=np.rint(np.ldexp(-np.log2(alpha), params.OPACITY_F)).astype(np.int64),
-        colour=r.integers(0, 1 << params.COLOUR_W, (n, 3)),
-        key=r.integers(0, 1 << params.KEY_W, n),
-    )
-
-
-def tiles(width: int, height: int) -> np.ndarray:
-    """[T, 2] origins, row-major."""
-    return np.array([(x, y) for y in range(0, height, params.TILE) for x in range(0, width, params.TILE)])
-
-
-def every_entry(features: SimpleNamespace, tile_n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Each tile lists every Gaussian, in order, with a stale key of 0."""
-    n = len(features.opacity)
-    words = records.entries(np.zeros(n, np.int64), np.lexsort((np.arange(n), features.key)))
-    return np.arange(tile_n + 1) * n, np.tile(words, tile_n)
 
 
 def one_pixel_at_a_time(features, words, x0, y0, width, height):
@@ -110,20 +73,9 @@ def test_bitmaps_and_words_are_those_of_the_predicate():
     assert result.pairs.sum() == sum(int(b).bit_count() for b in result.bitmaps)
 
 
-def wall(n: int, x: float) -> dict[str, np.ndarray]:
-    """Columns of n opaque Gaussians that cover everything around pixel column x."""
-    return {
-        "mean": np.full((n, 2), int(x * (1 << params.MEAN_F))),
-        "chol": np.tile([1 << 14, 0, 1 << 14], (n, 1)),
-        "opacity": np.zeros(n, np.int64),
-        "colour": np.full((n, 3), 512),
-        "key": np.arange(n),
-    }
-
-
 def test_a_done_subtile_skips_from_the_batch_behind_its_swap_out():
     """600 walls: every subtile is done in batch 0, is swapped out done, and does nothing from batch 1 on."""
-    features = SimpleNamespace(**wall(600, 32))
+    features = walls(600)
     result = rasterise(every_entry(features, 1), features, tiles(64, 64), 64, 64)
     assert result.bitmaps.min() == 2**64 - 1
     # The subtile that is still held at the border of the batches is not yet known to be done.
@@ -136,7 +88,7 @@ def test_a_done_subtile_skips_from_the_batch_behind_its_swap_out():
 
 def test_live_pixels_keep_a_subtile_going():
     """As above, but the picture ends inside the subtiles: only live pixels count for done."""
-    features = SimpleNamespace(**wall(600, 32))
+    features = walls(600)
     result = rasterise(every_entry(features, 1), features, tiles(61, 3), 61, 3)
     assert (result.counts[1, 0] == 0).all() and (result.counts[1, 1] == 256).all()
     assert (result.counts[:, 2:] == 0).all() and result.value.shape == (3, 61, 3)

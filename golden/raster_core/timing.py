@@ -1,0 +1,166 @@
+"""When the raster core does what: exact cycles of gs_raster_core while its outputs are always ready.
+
+A cycle is named by the clock edge that ends it: a beat of cycle c moves at edge c, and what it changes is seen in cycle
+c + 1. `step` takes the core through one tile; the state it carries is all that a tile can feel of those before it.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from golden import params
+from golden.raster_core import ellipse_setup
+from golden.raster_core import intersection_test_unit as itu
+from golden.raster_core import subtile_compute_unit as scu
+
+TEST_LATENCY = 1 + ellipse_setup.LATENCY + 1 + itu.UNIT_LATENCY  # read of a geometry to its hits
+OP_DELAY = 2  # issue of an operation to the cycle in which its SCU takes it
+CHANGE = OP_DELAY + scu.LATENCY + 1  # issue of a change of the subtile to the cycle that sees it through
+PIXEL_DELAY = 7  # resolve_start to the first beat of pixels
+
+# What `step` carries: the first cycle in which something can happen again, unless said otherwise.
+TILE = 0  # the next tile can be taken
+BANK = 1  # number of the bank to be filled, 0 or 1
+BANK_FREE = 2  # 2, 3: a bank can take entries
+WHOLE = 4  # last batch was whole (a past cycle)
+RECORD = 5  # last record came (a past cycle)
+TEST = 6  # a group's tests can start
+HITS = 7  # hits of the next batch can be gathered
+SET_FREE = 8  # 8, 9: a set of lists can be filled
+OUT = 10  # the next batch can be written back
+BLEND = 11  # a phase can start
+ORIGIN = 12  # a cycle in which unit 0 may issue
+STATE_N = 13
+
+# What `step` tells
+TAKEN, END_TAKEN, PX_FIRST, PX_LAST, TIMES_N = range(5)
+
+
+def new_state(origin: int) -> np.ndarray:
+    """State int64[STATE_N] of a core whose reset is low from cycle `origin` on."""
+    state = np.full(STATE_N, origin, np.int64)
+    state[BANK] = 0
+    state[[WHOLE, RECORD]] = origin - (1 << 40)
+    return state
+
+
+def pixel_beats(tile_xy: np.ndarray, width: int, height: int) -> np.ndarray:
+    """[T] beats of pixels of tiles at [T, 2] origins."""
+    columns, rows = (np.minimum(params.TILE, limit - tile_xy[:, i]) for i, limit in enumerate((width, height)))
+    return rows * -(-columns // 4)
+
+
+@numba.njit(inline="always")
+def _turn(cycle, unit, origin):
+    """First cycle from `cycle` on in which a unit may issue."""
+    return cycle + ((unit - (cycle - origin)) & (params.UNITS - 1))
+
+
+@numba.njit(cache=True)
+def _phase(start, group, counts, held, origin):
+    """End of a phase that starts in cycle `start`. counts [UNITS]; held int64[UNITS]: groups, -1: none, updated."""
+    end = start + 1
+    for unit in range(params.UNITS):
+        count = np.int64(counts[unit])
+        if count > 0:
+            issue = _turn(start + 1, unit, origin)
+            change = held[unit] != group
+            held[unit] = group
+            end = max(end, issue + params.BEATS * (count + change - 1) + 1)
+            if change:
+                end = max(end, issue + CHANGE)
+    return end
+
+
+@numba.njit(cache=True)
+def step(state, tile_valid, arrivals, counts, beats, latency, interval, times, blocks):
+    """One tile through the core.
+
+    state int64[STATE_N], updated; tile_valid: cycle from which the tile is offered; arrivals int64[n + 1]: cycles from
+    which each entry and the end beat are offered, if those before them are gone; counts [ceil(n / CHUNK), GROUPS,
+    UNITS] of rasterise; beats: pixel_beats; a record comes `latency` cycles behind its request and at least `interval`
+    behind the last one. Fills times int64[TIMES_N] and blocks int64[n // CHUNK + 1, 2]: first and last beat of each block.
+    """
+    n = len(arrivals) - 1
+    origin = state[ORIGIN]
+    held = np.full(params.UNITS, -1, np.int64)
+    times[TAKEN] = max(tile_valid, state[TILE])
+    fill = times[TAKEN] + 1
+    for batch in range(n // params.CHUNK + 1):
+        first = batch * params.CHUNK
+        m = min(params.CHUNK, n - first)
+        bank = state[BANK]
+
+        # Load
+        fill = max(fill, state[BANK_FREE + bank])
+        record = state[RECORD]
+        for entry in range(first, first + m):
+            fill = max(fill, arrivals[entry]) + 1
+            record = max(fill + latency, record + interval)  # the request leaves one cycle behind its entry
+        state[RECORD] = record
+        if m < params.CHUNK:
+            fill = max(fill, arrivals[n]) + 1
+            times[END_TAKEN] = fill - 1
+            state[TILE] = fill
+        whole = max(fill, state[WHOLE] + 1)
+        if m > 0:
+            whole = max(whole, record + 1)
+        state[WHOLE] = whole
+        state[BANK] = 1 - bank
+        loaded = whole + 1
+
+        # Test and blend. A phase waits for its lists, a group's tests for the phase before the last.
+        if m == 0:
+            state[TEST] = max(state[TEST], loaded) + 1
+            hits_over = max(state[HITS], loaded)
+            blended = max(state[BLEND], loaded) + 1
+        else:
+            hits = np.int64(0)
+            for group in range(params.GROUPS):
+                lists = SET_FREE + (group & 1)
+                tests_end = max(max(state[TEST], loaded), state[lists]) + m
+                state[TEST] = tests_end + 1
+                hits = tests_end + TEST_LATENCY
+                start = max(state[BLEND], hits + 1)
+                end = _phase(start, group, counts[batch, group], held, origin)
+                state[BLEND] = end + 1
+                state[lists] = end + 1
+            hits_over = hits + 1
+            blended = state[BLEND]
+        state[HITS] = hits_over + 1
+
+        # Write back
+        read = max(hits_over + 1, state[OUT])
+        written = read + max(m, 1) + 1
+        blocks[batch, 0] = read + 2
+        blocks[batch, 1] = written
+        state[OUT] = written
+        state[BANK_FREE + bank] = max(blended, written) + 1
+
+    # Store and resolve
+    end = blended
+    for unit in range(params.UNITS):
+        if held[unit] >= 0:
+            end = max(end, _turn(blended, unit, origin) + CHANGE)
+    times[PX_FIRST] = end + PIXEL_DELAY
+    times[PX_LAST] = end + PIXEL_DELAY + beats - 1
+    state[BLEND] = end + beats + 2
+
+
+@numba.njit(cache=True)
+def timing(
+    state, offsets, arrivals, tile_valid, batch_offsets, counts, beats, latency, interval, times, block_offsets, blocks
+):
+    """`step` over T tiles whose entries come at known cycles.
+
+    offsets int64[T + 1] of entries; arrivals int64[E + T]: those of tile t start at offsets[t] + t; tile_valid, beats
+    int64[T]; batch_offsets, counts: of rasterise; fills times int64[T, TIMES_N] and blocks int64[.., 2], those of tile
+    t from block_offsets[t] on.
+    """
+    for tile in range(len(offsets) - 1):
+        step(
+            state, tile_valid[tile], arrivals[offsets[tile] + tile : offsets[tile + 1] + tile + 1],
+            counts[batch_offsets[tile] : batch_offsets[tile + 1]], beats[tile], latency, interval,
+            times[tile], blocks[block_offsets[tile] : block_offsets[tile + 1]],
+        )  # fmt: skip

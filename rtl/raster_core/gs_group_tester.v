@@ -1,0 +1,250 @@
+// gs_group_tester: tests a batch group by group against four subtiles at once, and lists the hits of each subtile.
+//
+//   one entry a cycle, one cycle between groups; a hit arrives LATENCY = 10 cycles behind the read of its geometry
+//
+//   R  read      geometry of the slot                           1 cycle
+//   S  set-up    gs_ellipse_setup at the group's first pixel    3 cycles
+//   U  spread    u0 of each unit: U0 + 8*s*a, exact             1 cycle
+//   T  test      4 x gs_intersection_test_unit                  5 cycles
+//
+//   Two sets of lists: one is filled while the other is blended. The set of group g is g & 1.
+
+`default_nettype none
+`include "gs_params.vh"
+
+module gs_group_tester #(
+    parameter CHUNK      = `GS_CHUNK,
+    parameter UNITS      = `GS_UNITS,
+    parameter GROUPS     = `GS_GROUPS,
+    parameter SUBTILE    = `GS_SUBTILE,
+    parameter MEAN_W     = `GS_MEAN_W,
+    parameter CHOL_W     = `GS_CHOL_W,
+    parameter OPACITY_W  = `GS_OPACITY_W,
+    parameter OPACITY_F  = `GS_OPACITY_F,
+    parameter STEP_W     = `GS_STEP_W,
+    parameter POWER_F    = `GS_POWER_F,
+    parameter CUT        = `GS_CUT,
+    parameter ITU_F      = `GS_ITU_F,
+    parameter ITU_W      = `GS_ITU_W,
+    parameter ITU_MARGIN = `GS_ITU_MARGIN,
+    parameter GEOMETRY_W = `GS_GEOMETRY_W,
+    parameter PIXEL_W    = 13  // bits of a pixel coordinate
+) (
+    input  wire                              clk,
+    input  wire                              rst,
+    input  wire [PIXEL_W-1:0]                cfg_width,   // of the picture, pixels
+    input  wire [PIXEL_W-1:0]                cfg_height,
+
+    // test: the batch, as gs_batch_buffer gives it
+    input  wire                              test_valid,
+    input  wire [$clog2(CHUNK):0]            test_n,
+    input  wire [PIXEL_W-1:0]                test_x,
+    input  wire [PIXEL_W-1:0]                test_y,
+    output wire                              test_issued,
+    output wire                              geometry_en,
+    output wire [$clog2(CHUNK)-1:0]          geometry_slot,
+    input  wire [GEOMETRY_W-1:0]             geometry,
+
+    // hit: result of each test
+    output wire                              hit_valid,
+    output wire [UNITS-1:0]                  hit_units,
+    output wire                              hit_first,   // of the first group
+    output wire                              hit_last,    // last slot of the last group
+    output wire [$clog2(GROUPS)-1:0]         hit_group,
+    output wire [$clog2(CHUNK)-1:0]          hit_slot,
+
+    // list: a group's finished lists hold until the pulse list_done; a slot one cycle behind its position
+    output wire                              list_valid,
+    output wire [UNITS*($clog2(CHUNK)+1)-1:0] list_count,
+    input  wire                              list_done,
+    input  wire [UNITS-1:0]                  list_en,
+    input  wire [UNITS*$clog2(CHUNK)-1:0]    list_pos,
+    output wire [UNITS*$clog2(CHUNK)-1:0]    list_slot
+);
+
+    localparam SLOT_W    = $clog2(CHUNK);
+    localparam GROUP_W   = $clog2(GROUPS);
+    localparam SETUP     = 3;  // latency of gs_ellipse_setup
+    localparam LATENCY   = 10;
+    localparam LIMIT_W   = 2*ITU_W;
+    localparam BOUND_W   = LIMIT_W - 2*ITU_F + POWER_F;  // of the limit in front of its shift
+    localparam SPAN_W    = 2 + $clog2(SUBTILE);          // bits of a pixel column in a group
+    localparam [BOUND_W-1:0] BOUND = CUT + ITU_MARGIN;
+
+    generate
+        if (UNITS != 4 || GROUPS != 16 || SUBTILE != 8) begin : g_rule
+            UNITS_must_be_4_and_GROUPS_16_and_SUBTILE_8 bad ();
+        end
+    endgenerate
+
+    // Issue: a group starts when its set of lists is free.
+    reg                run;
+    reg  [GROUP_W-1:0] group;
+    reg  [SLOT_W-1:0]  slot;
+    reg  [1:0]         list_used;
+    wire               empty     = test_n == {SLOT_W+1{1'b0}};
+    wire               start     = !run && test_valid && !empty && !list_used[group[0]];
+    wire [SLOT_W:0]    slot_next = {1'b0, slot} + {{SLOT_W{1'b0}}, 1'b1};
+    wire               group_end = run && slot_next == test_n;
+    assign test_issued   = (group_end && group == {GROUP_W{1'b1}}) || (!run && test_valid && empty);
+    assign geometry_en   = run;
+    assign geometry_slot = slot;
+    always @(posedge clk) begin
+        if (start) run <= 1'b1;
+        if (group_end) run <= 1'b0;
+        if (run) slot <= slot_next[SLOT_W-1:0];
+        if (group_end) slot <= {SLOT_W{1'b0}};
+        if (group_end) group <= group + {{GROUP_W-1{1'b0}}, 1'b1};
+        if (rst) begin
+            run   <= 1'b0;
+            slot  <= {SLOT_W{1'b0}};
+            group <= {GROUP_W{1'b0}};
+        end
+    end
+
+    // First pixel of the group, and which of its subtiles begin inside the picture
+    wire [PIXEL_W-1:0] group_x = {test_x[PIXEL_W-1:SPAN_W+1], group[0], {SPAN_W{1'b0}}};
+    wire [PIXEL_W-1:0] group_y = {test_y[PIXEL_W-1:SPAN_W+1], group[GROUP_W-1:1], {SPAN_W-2{1'b0}}};
+    wire               row_in  = group_y < cfg_height;
+    wire [UNITS-1:0]   live;
+    genvar s;
+    generate
+        for (s = 0; s < UNITS; s = s + 1) begin : g_live
+            wire [1:0] column = s;
+            assign live[s] = row_in && {group_x[PIXEL_W-1:SPAN_W], column, {SPAN_W-2{1'b0}}} < cfg_width;
+        end
+    endgenerate
+
+    // R read
+    reg               r_valid;
+    reg [PIXEL_W-1:0] r_x;
+    reg [PIXEL_W-1:0] r_y;
+    always @(posedge clk) begin
+        r_valid <= run && !rst;
+        r_x     <= group_x;
+        r_y     <= group_y;
+    end
+    wire [MEAN_W-1:0]    r_mean_x  = geometry[0 +: MEAN_W];
+    wire [MEAN_W-1:0]    r_mean_y  = geometry[MEAN_W +: MEAN_W];
+    wire [CHOL_W-1:0]    r_a       = geometry[2*MEAN_W +: CHOL_W];
+    wire [CHOL_W:0]      r_b       = geometry[2*MEAN_W+CHOL_W +: CHOL_W+1];
+    wire [CHOL_W-1:0]    r_c       = geometry[2*MEAN_W+2*CHOL_W+1 +: CHOL_W];
+    wire [OPACITY_W-1:0] r_opacity = geometry[GEOMETRY_W-1 -: OPACITY_W];
+
+    // S set-up. The footprint keeps pace with it.
+    localparam FOOT_W = 3*CHOL_W + 1 + OPACITY_W;
+    wire              s_valid;
+    wire [STEP_W-1:0] s_u0;
+    wire [STEP_W-1:0] s_v0;
+    gs_ellipse_setup setup (
+        .clk(clk), .rst(rst), .in_valid(r_valid),
+        .in_a(r_a), .in_b(r_b), .in_c(r_c), .in_mean_x(r_mean_x), .in_mean_y(r_mean_y), .in_x0(r_x), .in_y0(r_y),
+        .out_valid(s_valid), .out_u0(s_u0), .out_v0(s_v0)
+    );
+    reg [SETUP*FOOT_W-1:0] s_foot;  // newest on top
+    always @(posedge clk) s_foot <= {{r_opacity, r_c, r_b, r_a}, s_foot[SETUP*FOOT_W-1:FOOT_W]};
+    wire [CHOL_W-1:0]    s_a       = s_foot[0 +: CHOL_W];
+    wire [CHOL_W:0]      s_b       = s_foot[CHOL_W +: CHOL_W+1];
+    wire [CHOL_W-1:0]    s_c       = s_foot[2*CHOL_W+1 +: CHOL_W];
+    wire [OPACITY_W-1:0] s_opacity = s_foot[FOOT_W-1 -: OPACITY_W];
+
+    // U spread. The bound is that of the golden model, SQ3.(2*ITU_F).
+    reg               u_valid;
+    reg [STEP_W-1:0]  u_v0;
+    reg [CHOL_W-1:0]  u_a;
+    reg [CHOL_W:0]    u_b;
+    reg [CHOL_W-1:0]  u_c;
+    reg [BOUND_W-1:0] u_bound;
+    always @(posedge clk) begin
+        u_valid <= s_valid && !rst;
+        u_v0    <= s_v0;
+        u_a     <= s_a;
+        u_b     <= s_b;
+        u_c     <= s_c;
+        u_bound <= BOUND - ({{BOUND_W-OPACITY_W{1'b0}}, s_opacity} << (POWER_F - OPACITY_F));
+    end
+    wire [LIMIT_W-1:0] u_limit = {u_bound, {2*ITU_F-POWER_F{1'b0}}};
+
+    // T test. The marks of a test travel beside it.
+    wire [UNITS-1:0] test_out;
+    wire [UNITS-1:0] test_hit;
+    generate
+        for (s = 0; s < UNITS; s = s + 1) begin : g_unit
+            wire [1:0]      times = s;
+            wire [STEP_W:0] wide_a = {{STEP_W+1-CHOL_W{1'b0}}, s_a} << $clog2(SUBTILE);
+            wire [STEP_W:0] shift_a = (wide_a & {STEP_W+1{times[0]}}) + ((wide_a << 1) & {STEP_W+1{times[1]}});
+            reg  [STEP_W:0] u_u0;  // SQ9.STEP_F
+            always @(posedge clk) u_u0 <= {s_u0[STEP_W-1], s_u0} + shift_a;
+            gs_intersection_test_unit unit (
+                .clk(clk), .rst(rst), .in_valid(u_valid),
+                .in_u0(u_u0), .in_v0(u_v0), .in_a(u_a), .in_b(u_b), .in_c(u_c), .in_limit(u_limit),
+                .out_valid(test_out[s]), .out_hit(test_hit[s])
+            );
+        end
+    endgenerate
+    reg [LATENCY*(UNITS+1)-1:0] marks;  // newest on top
+    always @(posedge clk) marks <= {group_end, live, marks[LATENCY*(UNITS+1)-1:UNITS+1]};
+    wire [UNITS-1:0] t_live = marks[UNITS-1:0];
+    wire             t_end  = marks[UNITS];
+
+    reg [GROUP_W-1:0] t_group;
+    reg [SLOT_W-1:0]  t_slot;
+    assign hit_valid = test_out[0];
+    assign hit_units = test_hit & t_live;
+    assign hit_first = t_group == {GROUP_W{1'b0}};
+    assign hit_last  = t_end && t_group == {GROUP_W{1'b1}};
+    assign hit_group = t_group;
+    assign hit_slot  = t_slot;
+    always @(posedge clk) begin
+        if (hit_valid) t_slot <= t_end ? {SLOT_W{1'b0}} : t_slot + {{SLOT_W-1{1'b0}}, 1'b1};
+        if (hit_valid && t_end) t_group <= t_group + {{GROUP_W-1{1'b0}}, 1'b1};
+        if (rst) begin
+            t_slot  <= {SLOT_W{1'b0}};
+            t_group <= {GROUP_W{1'b0}};
+        end
+    end
+
+    // Lists
+    reg       read_set;
+    reg [1:0] list_full;
+    assign list_valid = list_full[read_set];
+    always @(posedge clk) begin
+        if (start) list_used[group[0]] <= 1'b1;
+        if (hit_valid && t_end) list_full[t_group[0]] <= 1'b1;
+        if (list_done) list_used[read_set] <= 1'b0;
+        if (list_done) list_full[read_set] <= 1'b0;
+        if (list_done) read_set <= !read_set;
+        if (rst) begin
+            list_used <= 2'b00;
+            list_full <= 2'b00;
+            read_set  <= 1'b0;
+        end
+    end
+    generate
+        for (s = 0; s < UNITS; s = s + 1) begin : g_list
+            reg  [SLOT_W:0] count_0;
+            reg  [SLOT_W:0] count_1;
+            wire [SLOT_W:0] count = t_group[0] ? count_1 : count_0;
+            wire            put   = hit_valid && hit_units[s];
+            assign list_count[s*(SLOT_W+1) +: SLOT_W+1] = read_set ? count_1 : count_0;
+            always @(posedge clk) begin
+                if (put && !t_group[0]) count_0 <= count_0 + {{SLOT_W{1'b0}}, 1'b1};
+                if (put && t_group[0])  count_1 <= count_1 + {{SLOT_W{1'b0}}, 1'b1};
+                if (rst || (list_done && !read_set)) count_0 <= {SLOT_W+1{1'b0}};
+                if (rst || (list_done && read_set))  count_1 <= {SLOT_W+1{1'b0}};
+            end
+            gs_ram #(.WIDTH(SLOT_W), .DEPTH(2*CHUNK)) list_ram (
+                .clk(clk),
+                .wr_en(put), .wr_addr({t_group[0], count[SLOT_W-1:0]}), .wr_data(t_slot),
+                .rd_en(list_en[s]), .rd_addr({read_set, list_pos[s*SLOT_W +: SLOT_W]}),
+                .rd_data(list_slot[s*SLOT_W +: SLOT_W])
+            );
+            wire unused_count_ok = &{1'b0, count[SLOT_W]};
+        end
+    endgenerate
+
+    wire unused_ok = &{1'b0, test_out[UNITS-1:1], test_x[SPAN_W:0], test_y[SPAN_W:0]};
+
+endmodule
+
+`default_nettype wire

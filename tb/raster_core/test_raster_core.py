@@ -1,0 +1,266 @@
+"""gs_raster_core on whole tiles: words, bitmaps, blends, pixels, and the cycle of every block's and tile's ends."""
+
+from __future__ import annotations
+
+from collections import deque
+from itertools import pairwise
+
+import cocotb
+import numpy as np
+from cocotb.triggers import RisingEdge
+
+from golden import params
+from golden.raster_core import timing
+from golden.raster_core.raster_core import rasterise
+from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, start_clock
+from tb.raster_core.scenes import every_entry, record_words, scene, tiles, walls
+
+TOP = "gs_raster_core"
+BACKGROUND = (100, 512, 1023)
+LATENCY, INTERVAL = 37, 3
+ACC_W = params.ACC_W
+FOUR_STATE = hasattr(cocotb, "SIM_NAME") and four_state()  # slow: short tables only
+UPD = ("word", "len", "last")
+PX = ("data", "strb", "last")
+
+
+class Timed:
+    """Offers each beat from its cycle on, once the one before it has moved."""
+
+    def __init__(self, dut, name: str, fields: tuple[str, ...]) -> None:
+        self.valid, self.ready = getattr(dut, f"{name}_valid"), getattr(dut, f"{name}_ready")
+        self.fields = [getattr(dut, f"{name}_{field}") for field in fields]
+        self.queue: deque = deque()
+        self.valid.value = 0
+        self.random = rng("timed", name)
+        cocotb.start_soon(self._run(RisingEdge(dut.clk)))
+
+    async def _run(self, edge) -> None:
+        offered = False
+        while True:
+            await edge
+            if offered and not self.ready.value:
+                continue
+            offered = bool(self.queue) and self.queue[0][0] <= cycle() + 1
+            self.valid.value = offered
+            if offered:
+                for field, value in zip(self.fields, self.queue.popleft()[1:], strict=True):
+                    field.value = value
+            else:
+                for field in self.fields:
+                    field.value = "X" * len(field) if FOUR_STATE else self.random.getrandbits(len(field))
+
+
+class Memory:
+    """Feature records: `latency` cycles behind the request, at least `interval` apart."""
+
+    def __init__(self, dut, words: list[int], latency: int, interval: int, stall: str) -> None:
+        self.requests: list[int] = []
+        sink = Sink(dut, "feat_req", ("index",), stall=stall)
+        source = Timed(dut, "feat", ("record",))
+
+        async def run() -> None:
+            done, last = 0, -interval
+            while True:
+                await sink.edge
+                while done < len(sink.beats):
+                    last = max(sink.cycles[done] + latency, last + interval)
+                    source.queue.append((last, words[sink.beats[done][0]]))
+                    self.requests.append(sink.beats[done][0])
+                    done += 1
+
+        cocotb.start_soon(run())
+
+
+async def watch_trace(dut, tests: list, values: list, blends: list) -> None:
+    """Collects the ITUs' results (group, slot, hits), px_rgb of every beat, and the number of pixels blended."""
+    edge = RisingEdge(dut.clk)
+    while True:
+        await edge
+        if dut.rst.value:
+            continue
+        if dut.trace_itu_valid.value:
+            tests.append(tuple(int(s.value) for s in (dut.trace_itu_group, dut.trace_itu_slot, dut.trace_itu_hits)))
+        if dut.px_valid.value and dut.px_ready.value:
+            values.append(dut.trace_px_rgb.value)
+            assert int(dut.trace_tile_done.value) == int(dut.px_last.value)
+        else:
+            assert not dut.trace_tile_done.value
+        valid = int(dut.trace_blend_valid.value)
+        if valid:
+            lanes = dut.trace_blend.value
+            for unit in range(params.UNITS):
+                if valid >> unit & 1:
+                    low = unit * params.LANES
+                    blends[0] += int(lanes[low + params.LANES - 1 : low]).bit_count()
+
+
+def expected_tests(result, offsets) -> list:
+    """Every (group, slot, hits) in the order of the tests."""
+    out = []
+    for begin, end in pairwise(offsets):
+        for first in range(begin, end, params.CHUNK):
+            bits = [int(b) for b in result.bitmaps[first : min(first + params.CHUNK, end)]]
+            out += [(g, slot, b >> 4 * g & 15) for g in range(params.GROUPS) for slot, b in enumerate(bits)]
+    return out
+
+
+def expected_updates(result, offsets) -> list:
+    """Every (word, len, last) of the block stream; a block without an entry has any word."""
+    out = []
+    for begin, end in pairwise(offsets):
+        for first in range(begin, end + 1, params.CHUNK):
+            n = min(params.CHUNK, end - first)
+            last = int(n < params.CHUNK)
+            out += [(int(w), n, last) for w in result.words_out[first : first + n]] or [(None, 0, 1)]
+    return out
+
+
+def check_pixels(beats, values, result, tile_xy, width, height) -> None:
+    """Every live pixel in its place, once, in order; 8 bit and full value."""
+    at = 0
+    for x0, y0 in tile_xy:
+        columns, rows = min(64, width - x0), min(64, height - y0)
+        for y in range(rows):
+            for x in range(0, columns, 4):
+                data, strobes, last = beats[at]
+                live = min(4, columns - x)
+                assert strobes == (1 << 4 * live) - 1, (x0 + x, y0 + y)
+                assert last == (y == rows - 1 and x + 4 >= columns), (x0 + x, y0 + y)
+                for p in range(live):
+                    where = y0 + y, x0 + x + p
+                    low = p * 3 * ACC_W
+                    want = sum(int(v) << k * ACC_W for k, v in enumerate(result.value[where]))
+                    assert int(values[at][low + 3 * ACC_W - 1 : low]) == want, f"value of pixel {where}"
+                    colour = [data >> 32 * p + 8 * k & 255 for k in range(4)]
+                    assert colour == [*result.rgb8[where], 255], f"pixel {where}"
+                at += 1
+    assert at == len(beats)
+
+
+async def run(dut, features, offsets, words, tile_xy, size, gaps=0, stall="none", latency=LATENCY, interval=INTERVAL):
+    """Tiles through the core; compares everything. With `stall` none also every cycle that golden names."""
+    width, height = size
+    result = rasterise((offsets, words), features, tile_xy, width, height, BACKGROUND)
+    start_clock(dut)
+    dut.cfg_width.value, dut.cfg_height.value = width, height
+    dut.cfg_bg_red.value, dut.cfg_bg_green.value, dut.cfg_bg_blue.value = BACKGROUND
+    timed = stall == "none"
+    tile_source = Source(dut, "tile", ("x", "y"), stall=stall)
+    entry_source = Timed(dut, "entry", ("word", "last")) if timed else Source(dut, "entry", ("word", "last"), stall)
+    memory = Memory(dut, record_words(features), latency, interval, stall)
+    upd, px = Sink(dut, "upd", UPD, stall=stall), Sink(dut, "px", PX, stall=stall)
+    if not timed:
+        for name, fields in (("upd", UPD), ("px", PX), ("feat_req", ("index",))):
+            Monitor(dut, name, fields)
+    tests, values, blends = [], [], [0]
+    cocotb.start_soon(watch_trace(dut, tests, values, blends))
+    await reset(dut)
+    origin = cycle()
+    state = timing.new_state(origin)
+
+    lists = [[(int(w), 0) for w in words[b:e]] + [(0, 1)] for b, e in pairwise(offsets)]
+    r = np.random.default_rng(len(words))
+    n = sum(map(len, lists))
+    arrivals = origin + 1 + np.cumsum(r.integers(0, 2 * gaps + 1, n))
+    tile_source.send([tuple(map(int, xy)) for xy in tile_xy])
+    beats = [beat for table in lists for beat in table]
+    if timed:
+        entry_source.queue.extend((int(c), *beat) for c, beat in zip(arrivals, beats, strict=True))
+    else:
+        entry_source.send(beats)
+
+    want = expected_updates(result, offsets)
+    pixel_beats = timing.pixel_beats(tile_xy, width, height)
+    limit = 40_000 + 60 * n + 40 * int(result.scu_ops.sum()) + 40 * int(pixel_beats.sum())
+    await upd.wait(len(want), timeout_cycles=limit)
+    await px.wait(int(pixel_beats.sum()), timeout_cycles=limit)
+    for _ in range(50):
+        await upd.edge
+
+    assert memory.requests == [w & (1 << params.INDEX_W) - 1 for w, last in beats if not last]
+    assert tests == expected_tests(result, offsets)
+    assert len(upd.beats) == len(want)
+    for at, (got, wanted) in enumerate(zip(upd.beats, want, strict=True)):
+        assert all(w is None or g == w for g, w in zip(got, wanted, strict=True)), f"upd {at}: {got}, want {wanted}"
+    check_pixels(px.beats, values, result, tile_xy, width, height)
+    assert blends[0] == result.blends.sum()
+    if timed:
+        blocks = np.diff(offsets) // params.CHUNK + 1
+        block_offsets = np.concatenate(([0], np.cumsum(blocks)))
+        times = np.zeros((len(tile_xy), timing.TIMES_N), np.int64)
+        ends = np.zeros((block_offsets[-1], 2), np.int64)
+        timing.timing(
+            state, np.asarray(offsets), arrivals, np.full(len(tile_xy), origin + 1), result.batch_offsets,
+            result.counts, pixel_beats, latency, interval, times, block_offsets, ends,
+        )  # fmt: skip
+        lengths = np.array([max(1, length) for _, length, _ in want])
+        firsts = [0]
+        while firsts[-1] + lengths[firsts[-1]] < len(want):
+            firsts.append(firsts[-1] + lengths[firsts[-1]])
+        lasts = [first + lengths[first] - 1 for first in firsts]
+        cycles = np.array(upd.cycles)
+        np.testing.assert_array_equal(tile_source.cycles, times[:, timing.TAKEN])
+        np.testing.assert_array_equal(np.stack([cycles[firsts], cycles[lasts]], axis=1), ends)
+        px_ends = np.cumsum(pixel_beats)
+        np.testing.assert_array_equal(np.array(px.cycles)[px_ends - pixel_beats], times[:, timing.PX_FIRST])
+        np.testing.assert_array_equal(np.array(px.cycles)[px_ends - 1], times[:, timing.PX_LAST])
+    return result
+
+
+def some(features, sizes, seed=0):
+    """(offsets, words): tile t lists sizes[t] random Gaussians in the order of their keys."""
+    r = np.random.default_rng(seed)
+    _, words = every_entry(features, 1)
+    parts = [words[np.sort(r.choice(len(words), n, replace=False))] for n in sizes]
+    return np.concatenate(([0], np.cumsum(sizes))), np.concatenate(parts)
+
+
+@cocotb.test()
+@cocotb.parametrize(gaps=[0, 3])
+async def test_short_and_empty_tables_at_the_corners_of_a_picture(dut, gaps):
+    """130 x 70: tiles of 64, 2 columns and 64, 6 rows; the smallest tables, back to back."""
+    features = scene(20, 130, 70, sigma=2.0)
+    offsets, words = some(features, [1, 0, 20, 2, 0, 1])
+    await run(dut, features, offsets, words, tiles(130, 70), (130, 70), gaps=gaps)
+
+
+@cocotb.test(skip=FOUR_STATE)
+@cocotb.parametrize(n=[255, 256, 257, 700], gaps=[0, 5])
+async def test_tables_around_the_length_of_a_batch(dut, n, gaps):
+    features = scene(n, 64, 64, seed=n, sigma=2.0)
+    offsets, words = some(features, [n, 3, n // 2], seed=1)
+    await run(dut, features, offsets, words, tiles(192, 64), (192, 64), gaps=gaps)
+
+
+@cocotb.test(skip=FOUR_STATE)
+async def test_done_subtiles_are_skipped(dut):
+    """Walls: all is done in the first batch; the second blends only the subtiles that are still held."""
+    features = walls(520)
+    offsets, words = every_entry(features, 1)
+    result = await run(dut, features, offsets, words, tiles(40, 24), (40, 24))
+    assert (result.counts[1] == 0).sum() > 8
+
+
+@cocotb.test(skip=FOUR_STATE)
+async def test_a_picture_of_tiles(dut):
+    """All 6 tiles of 130 x 70 with every Gaussian in each list, most of them without a hit."""
+    features = scene(300, 130, 70, seed=5, sigma=4.0)
+    await run(dut, features, *every_entry(features, 6), tiles(130, 70), (130, 70), latency=200)
+
+
+@cocotb.test(skip=FOUR_STATE)
+async def test_fast_records(dut):
+    """Records as fast as the requests, one cycle behind them."""
+    features = scene(300, 64, 64, seed=6, sigma=1.0)
+    offsets, words = some(features, [300, 256, 0, 1], seed=2)
+    await run(dut, features, offsets, words, tiles(128, 128), (128, 128), latency=1, interval=1)
+
+
+@cocotb.test()
+@cocotb.parametrize(stall=["three_of_four", "random", "burst"])
+async def test_stalls_change_no_data(dut, stall):
+    n = 20 if FOUR_STATE else 300
+    features = scene(n, 64, 64, seed=7, sigma=2.0)
+    offsets, words = some(features, [n, 1, 0, n // 2], seed=3)
+    await run(dut, features, offsets, words, np.array([(0, 0), (64, 0), (0, 64), (64, 64)]), (70, 66), stall=stall)
