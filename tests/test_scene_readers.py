@@ -202,12 +202,13 @@ def test_streamed_count_that_the_chunk_does_not_hold(tmp_path):
 
 
 def test_rows_that_are_not_finite_are_dropped_and_counted(tmp_path):
-    columns = {k: v[:6].copy() for k, v in inria_columns(truth()).items()}
+    columns = {k: v[:7].copy() for k, v in inria_columns(truth()).items()}
     columns["x"][0] = np.nan
     columns["scale_1"][1] = np.inf
+    columns["scale_2"][6] = -np.inf
     columns["opacity"][2:5] = np.inf, -np.inf, np.nan
     g = load_bytes(tmp_path, "a.ply", ply_bytes(columns))
-    assert g.counters["rejected_nonfinite"] == 3 and len(g) == 3
+    assert g.counters["rejected_nonfinite"] == 4 and len(g) == 3
     assert g.opacities[0] == 1 and g.opacities[1] == 0 and 0 < g.opacities[2] < 1
     assert np.allclose(g.means[:, 0], columns["x"][[2, 3, 5]])
 

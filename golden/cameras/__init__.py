@@ -9,13 +9,26 @@ import numpy as np
 
 from golden.cameras.camera import Camera, look_at
 from golden.cameras.paths import path
-from golden.cameras.readers import place, read
+from golden.cameras.readers import RELATIVE, kind_of, place, read
 from golden.errors import InputError
 from golden.scene import builtin
 from golden.scene.files import one_line
 from golden.scene.gaussians import Gaussians
 
-__all__ = ["Camera", "default_view", "look_at", "parse_camera", "parse_frames", "parse_size", "path", "place", "read"]
+__all__ = [
+    "RELATIVE",
+    "Camera",
+    "default_view",
+    "kind_of",
+    "look_at",
+    "parse_camera",
+    "parse_frames",
+    "parse_size",
+    "path",
+    "place",
+    "read",
+    "scene_scale",
+]
 
 SIZES = {"hd": (1280, 720), "fhd": (1920, 1080), "qhd": (2560, 1440)}
 SIDE_MAX = 8192  # pixels

@@ -30,11 +30,13 @@ def path(
     target: np.ndarray,
     scale: float | None = None,
     seed: int = 0,
+    up: np.ndarray | None = None,
 ) -> list[Camera]:
     """One camera a frame; frame 0 of every path is `start`, and `speed` multiplies the motion.
 
-    `target` [3] is the look-at point, `scale` world units a metre (None: the target counts as 3 m away). A cut holds
-    `start` for the first half of `frames` and a view 60 degrees about the target for the rest.
+    `target` [3] is the look-at point, `scale` world units a metre (None: the target counts as 3 m away), `up` [3] what
+    orbit, pan and cut turn about (None: the world axis nearest to the camera's upper edge; horizons stay level). A cut
+    holds `start` for the first half of `frames` and a view 60 degrees about the target for the rest.
     """
     if kind not in KINDS:
         raise InputError(f"--path {kind}: unknown, there are {', '.join(KINDS)}")
@@ -42,21 +44,22 @@ def path(
     target = np.asarray(target, np.float64)
     if scale is None:
         scale = float(np.linalg.norm(target - start.position)) / NOMINAL_DISTANCE or 1.0
+    axis = nearest_axis(-start.rotation[1]) if up is None else unit(np.asarray(up, np.float64), "path: up is 0,0,0")
     middle = (frames.start + frames.stop + 1) // 2
     noise = shake_tones(seed)
     cameras = []
     for frame in frames:
         t = frame / fps * speed
         if kind == "orbit":
-            camera = orbited(start, target, TURN * t)
+            camera = orbited(start, target, axis, TURN * t)
         elif kind == "dolly":
             camera = moved(start, start.position + WALK * scale * t * start.rotation[2], np.eye(3))
         elif kind == "pan":
-            camera = moved(start, start.position, about(start.rotation[1], TURN * t))
+            camera = moved(start, start.position, about(-axis, TURN * t))
         elif kind == "shake":
             camera = shaken(start, noise, t, scale)
         elif kind == "cut" and frame >= middle:
-            camera = orbited(start, target, CUT_ANGLE * speed)
+            camera = orbited(start, target, axis, CUT_ANGLE * speed)
         else:
             camera = start
         cameras.append(camera)
@@ -75,11 +78,16 @@ def moved(camera: Camera, position: np.ndarray, turn: np.ndarray) -> Camera:
     return dataclasses.replace(camera, position=position, rotation=camera.rotation @ turn.T)
 
 
-def orbited(camera: Camera, target: np.ndarray, angle: float) -> Camera:
-    """The camera carried about the target, about the axis its upper edge points along."""
-    offset = camera.position - target
-    turn = about(-camera.rotation[1], angle)
-    return moved(camera, target + turn @ offset, turn)
+def orbited(camera: Camera, target: np.ndarray, axis: np.ndarray, angle: float) -> Camera:
+    """The camera carried by `angle` about an axis through the target."""
+    turn = about(axis, angle)
+    return moved(camera, target + turn @ (camera.position - target), turn)
+
+
+def nearest_axis(v: np.ndarray) -> np.ndarray:
+    """[3] the signed world axis nearest to a direction."""
+    k = int(np.argmax(np.abs(v)))
+    return np.sign(v[k]) * np.eye(3)[k]
 
 
 def shake_tones(seed: int) -> np.ndarray:
