@@ -38,7 +38,7 @@ def weight(a, t):
 
 @numba.njit(inline="always", cache=True)
 def accumulate(acc, w, colour):
-    """acc + w * colour, UQ3.ACC_F. The weights of a pixel add up to at most 1, so it cannot overflow."""
+    """acc + w * colour, UQ3.ACC_F. Weights add up to 1 at most and colours end at COLOUR_MAX: it cannot overflow."""
     return acc + half_up(w * colour, params.T_F + params.COLOUR_F - params.ACC_F)
 
 
@@ -100,6 +100,7 @@ def pack(t: np.ndarray, acc: np.ndarray, done: np.ndarray) -> list[int]:
         fields = ((t[at], T_W), *((acc[k, at], params.ACC_W) for k in range(3)), (done[at], 1))
         low = (at % params.LANES) * STATE_W
         for value, width in fields:
+            assert 0 <= value < 1 << width, f"pixel {at}: {value} has more than {width} bits"
             words[at // params.LANES] |= int(value) << low
             low += width
     return words

@@ -1,0 +1,36 @@
+"""gs_exp2_unit: every code of p, one a cycle."""
+
+import cocotb
+from cocotb.triggers import RisingEdge
+
+from golden import params
+from golden.raster_core import exp2_unit
+from tb.lib.stream import rng, start_clock
+
+TOP = "gs_exp2_unit"
+
+
+async def run(dut, codes: list[int]) -> list[int]:
+    """Results of codes offered one a cycle, taken LATENCY edges behind each."""
+    start_clock(dut)
+    edge = RisingEdge(dut.clk)
+    results = []
+    for cycle, p in enumerate([*codes, *[0] * exp2_unit.LATENCY]):
+        dut.in_p.value = p
+        await edge
+        if cycle >= exp2_unit.LATENCY:
+            results.append(int(dut.out_y.value))
+    return results
+
+
+@cocotb.test()
+async def test_every_code(dut):
+    codes = list(range(1 << (params.POWER_F + 3)))
+    assert await run(dut, codes) == [exp2_unit.exp2(p) for p in codes]
+
+
+@cocotb.test()
+async def test_codes_do_not_see_their_neighbours(dut):
+    generator = rng("exp2")
+    codes = [generator.getrandbits(params.POWER_F + 3) for _ in range(5000)]
+    assert await run(dut, codes) == [exp2_unit.exp2(p) for p in codes]

@@ -1,0 +1,75 @@
+"""gs_power_unit: p of all 64 pixels, exact and on time, for Gaussians back to back and with gaps."""
+
+import cocotb
+from cocotb.triggers import RisingEdge
+
+from golden import params
+from golden.raster_core import power_unit
+from tb.lib.footprints import gaussians
+from tb.lib.pipe import code, unknown
+from tb.lib.stream import reset, rng, start_clock
+
+TOP = "gs_power_unit"
+FIELDS = ("mean_x", "mean_y", "a", "b", "c", "opacity", "x0", "y0")
+
+
+def words(beat) -> list[int]:
+    """out_p of the four beats of one Gaussian."""
+    p = power_unit.powers(*beat)
+    lanes = range(params.LANES)
+    return [
+        sum(int(p[k * params.LANES + lane]) << (lane * power_unit.P_W) for lane in lanes) for k in range(params.BEATS)
+    ]
+
+
+async def check(dut, beats, gaps, generator) -> None:
+    """Offer each Gaussian gaps[n] cycles after the first moment the unit allows it."""
+    expected = {}
+    edge = RisingEdge(dut.clk)
+    schedule = []
+    for beat, gap in zip(beats, gaps, strict=True):
+        schedule += [None] * gap + [beat] + [None] * (params.BEATS - 1)
+    signals = [getattr(dut, f"in_{field}") for field in FIELDS]
+    for cycle, beat in enumerate(schedule + [None] * (power_unit.LATENCY + params.BEATS)):
+        dut.in_valid.value = beat is not None
+        for signal, value in zip(signals, beat or [None] * len(signals), strict=True):
+            signal.value = unknown(signal, generator) if value is None else code(value, signal)
+        if beat is not None:
+            expected |= {cycle + power_unit.LATENCY + k: word for k, word in enumerate(words(beat))}
+        await edge
+        if cycle in expected:
+            assert int(dut.out_p.value) == expected.pop(cycle), f"cycle {cycle}"
+    assert not expected
+
+
+def seen(kind: str, n: int, seed: int) -> list[tuple[int, ...]]:
+    return [(*(int(v) for v in row[:6]), 640, 320) for row in gaussians(n, seed, 640, 320, kind)]
+
+
+@cocotb.test()
+@cocotb.parametrize(kind=["mixed", "needle", "huge", "far", "small", "codes"])
+async def test_all_pixels_back_to_back(dut, kind):
+    start_clock(dut)
+    dut.in_valid.value = 0
+    await reset(dut)
+    await check(dut, seen(kind, 300, seed=11), [0] * 300, rng("power", kind))
+
+
+@cocotb.test()
+async def test_gaps_and_reset(dut):
+    generator = rng("power gaps")
+    start_clock(dut)
+    dut.in_valid.value = 0
+    await reset(dut)
+    beats = seen("mixed", 150, seed=12)
+    await check(dut, beats, [generator.choice((0, 0, 1, 2, 3, 4, 9)) for _ in beats], generator)
+    for signal, value in zip([getattr(dut, f"in_{field}") for field in FIELDS], beats[0], strict=True):
+        signal.value = code(value, signal)
+    for phase in range(6):
+        dut.in_valid.value = 1
+        await RisingEdge(dut.clk)
+        dut.in_valid.value = 0
+        for _ in range(phase):
+            await RisingEdge(dut.clk)
+        await reset(dut, cycles=1)
+        await check(dut, beats[:5], [0] * 5, generator)
