@@ -84,8 +84,8 @@ def render(args: argparse.Namespace) -> int:
         return cosim(args)
     if args.out is None:
         raise InputError("render: wants -o DIR for its pictures")
-    _threads(args)
     job = prepare(args)
+    _threads(args)
     output = Output(args.out, {**job.head, "model": args.model})
     renderer = Renderer(job.gaussians, job.settings, args.sorting)
     try:
@@ -99,7 +99,9 @@ def render(args: argparse.Namespace) -> int:
                     image, counters = frame.image, frame.counters
                 seconds = time.perf_counter() - begin
                 output.add(number, image, frame_record(image, counters, None))
-                text = " ".join(f"{key} {counters[key]:,}" for key in ("entries", "incoming", "pairs") if key in counters)
+                text = " ".join(
+                    f"{key} {counters[key]:,}" for key in ("entries", "incoming", "pairs") if key in counters
+                )
                 print(f"frame {number}: {seconds:.2f} s {text}".rstrip(), flush=True)
     finally:
         output.finish()
@@ -111,8 +113,8 @@ def cosim(args: argparse.Namespace) -> int:
     """`splatcore cosim`: RTL and golden model side by side, exit status 1 at the first difference."""
     from golden.cosim.compare import Cosim
 
-    _threads(args)
     job = prepare(args)
+    _threads(args)
     output = Output(args.out, {**job.head, "model": "rtl"})
     status = 0
     try:
