@@ -20,9 +20,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     """The options that every command with a scene and a path takes (design, section 7)."""
     parser.add_argument("scene", metavar="SCENE", help="file, folder, or builtin:NAME?n=..&seed=..")
     motion = parser.add_mutually_exclusive_group()
-    motion.add_argument(
-        "--cameras", metavar="FILE", help="recorded cameras: transforms.json, cameras.json, TUM, Record3D"
-    )
+    motion.add_argument("--cameras", metavar="FILE", help="recorded: transforms.json, cameras.json, TUM, Record3D")
     motion.add_argument("--path", choices=KINDS, default="orbit", help="made camera path (default: %(default)s)")
     parser.add_argument("--camera", metavar="EX,EY,EZ/AX,AY,AZ/UX,UY,UZ/FOVY", help="where the path starts")
     parser.add_argument("--fps", type=float, default=30.0, help="frames a second (default: 30)")

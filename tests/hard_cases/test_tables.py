@@ -45,14 +45,14 @@ def test_order_heals_when_the_camera_stops():
     for step in range(4):
         renderer.frame(camera_a(rotation=yaw(4.0 * step)))
     longest = 0
-    for wait in range(200):
+    waited, ordered = -1, False
+    while not ordered and waited < 200:
+        waited += 1
         frame = renderer.frame(camera_a(rotation=yaw(12.0)))
         longest = max(longest, int(np.diff(frame.order.offsets).max()))
         ordered = all((np.diff(frame.order.tile(t)) > 0).all() for t in range(4))
-        if ordered:
-            break
     assert ordered
-    assert wait <= -(-2 * longest // params.CHUNK) + 1  # one frame until the keys are those of this camera
+    assert waited <= -(-2 * longest // params.CHUNK) + 1  # one frame until the keys are those of this camera
 
 
 def test_t04_splat_lost_between_two_tests_comes_back():
