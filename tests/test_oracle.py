@@ -189,7 +189,8 @@ def lockstep(f: Features, p: Projection, x0: int, y0: int, order: list[int]) -> 
 
 def test_injected_decisions_are_the_golden_ones():
     camera = camera_a(64, 64)
-    p = project(random_scene(120, 8, opaque=0.9), camera)
+    layers = gaussians([(0, 0, z) for z in (2, 2.5, 3, 3.5, 4, 4.5)], scales=9.0, opacities=0.9)  # T below T_STOP
+    p = project(merge(random_scene(120, 8), layers), camera)
     f = encode(p)
     listed = tables(f, camera)
     image = oracle.render_injected(f, p, listed, 64, 64)
