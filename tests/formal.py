@@ -37,7 +37,6 @@ class Stream:
 
 def yosys(folder: Path, script: list[str]) -> subprocess.CompletedProcess:
     """Run commands from the repository's root (yowasp sees only what lies below the working directory)."""
-    folder.mkdir(parents=True, exist_ok=True)
     path = folder / "script.ys"
     path.write_text("\n".join(script) + "\n")
     command = [str(YOSYS), "-q", "-l", str((folder / "log.txt").relative_to(ROOT)), "-s", str(path.relative_to(ROOT))]
@@ -95,6 +94,7 @@ def harness(module: str, setting: Setting, ports: dict[str, dict]) -> str:
 def prove(module: str, setting: Setting, folder: Path, files: list[Path] | None = None) -> str:
     """Prove the module's output streams; returns what went wrong, or nothing."""
     place = folder.relative_to(ROOT)
+    folder.mkdir(parents=True, exist_ok=True)
     files = files or builds.sources(module)
     if not setting.memory:
         files = [p for p in files if p.stem != "gs_ram"] + [ROOT / "tb/formal/gs_ram.v"]
@@ -114,20 +114,21 @@ def prove(module: str, setting: Setting, folder: Path, files: list[Path] | None 
     model += ["chformal -lower", "opt_clean", "select -assert-min 1 t:$assert"]
     # ABC reads the model itself, so the design that its pass is called on does not matter
     (folder / "one.v").write_text("module one(input a, b, output y); assign y = a & b; endmodule\n")
-    (folder / "abc.txt").write_text(
-        f"read_aiger {place}/proof.aig\nfold\npdr -T {SECONDS}\nwrite_status {place}/status.txt\n"
-    )
+    engine = f"bmc3 -F {setting.bound} -T {SECONDS}" if setting.bound else f"pdr -T {SECONDS}"
+    (folder / "abc.txt").write_text(f"read_aiger {place}/proof.aig\nfold\n{engine}\nwrite_status {place}/status.txt\n")
     gates = ["setundef -undriven -anyseq", "opt_clean", "techmap", "opt_expr", "dffunmap", "aigmap", "opt_clean"]
     gates += [f"write_aiger -zinit {place}/proof.aig", "design -reset", f"read_verilog {place}/one.v", "simplemap"]
     yosys(folder, [*model, *gates, f"abc -script {place}/abc.txt"])  # fails at the end: ABC hands nothing back
     if not (folder / "status.txt").exists():
-        return f"{module}: no proof was tried\n{(folder / 'log.txt').read_text()[-3000:]}"
-    status = (folder / "status.txt").read_text().split(maxsplit=1)[0]
-    if status == "snl_UNSAT":
+        return f"{module}: no output stream, or no proof was tried\n{(folder / 'log.txt').read_text()[-3000:]}"
+    status, frames = (folder / "status.txt").read_text().split()[:2]
+    if status == "snl_UNSAT" or (status == "snl_UNK" and setting.bound and int(frames) >= setting.bound - 1):
         return ""
     if status == "snl_UNK":
         return f"{module}: not decided within {SECONDS} s"
-    trace = f"sat -tempinduct -prove-asserts -set-assumes -verify -show-ports -dump_vcd {place}/failure.vcd"
+    trace = (
+        f"sat -tempinduct -prove-asserts -set-assumes -verify -maxsteps 16 -show-ports -dump_vcd {place}/failure.vcd"
+    )
     yosys(folder, [*model, trace])
     return f"{module}: a stream changes before its beat moves, see {place}/log.txt and failure.vcd"
 
