@@ -47,8 +47,8 @@ module gs_bitonic_sort_unit #(
 
     // Slot p of the group passes the gate (the last cell) when pos is p: there it leaves, and slot p of the next group
     // enters at cell 0. In the first round of a group the old entries leave, and a slot that gets no entry gets
-    // padding (all ones). The group counts its entries and shows no more than these, so padding never leaves: an entry of
-    // all ones is the same word. In later rounds the cells only turn until the free slot is at the gate.
+    // padding (all ones). The group counts its entries and shows no more than these, so padding never leaves: an entry
+    // of all ones is the same word. In later rounds the cells only turn until the free slot is at the gate.
     reg                sorting;
     reg                first_round;
     reg  [POS_W-1:0]   pos;

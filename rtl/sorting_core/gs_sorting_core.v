@@ -18,7 +18,8 @@
 module gs_sorting_core #(
     parameter CHUNK   = `GS_CHUNK,    // entries in a chunk and in an output block; a power of two, at least 4 * SORT_N
     parameter SORT_N  = `GS_SORT_N,
-    parameter ENTRY_W = `GS_ENTRY_W
+    parameter ENTRY_W = `GS_ENTRY_W,
+    parameter NETWORK = 0             // of the BSU
 ) (
     input  wire                   clk,
     input  wire                   rst,
@@ -100,7 +101,8 @@ module gs_sorting_core #(
 
     gs_bitonic_sort_unit #(
         .SORT_N (SORT_N),
-        .ENTRY_W(ENTRY_W)
+        .ENTRY_W(ENTRY_W),
+        .NETWORK(NETWORK)
     ) bsu (
         .clk(clk),
         .rst(rst),
@@ -136,16 +138,8 @@ module gs_sorting_core #(
             load_on   <= !cmd_merge;
             load_left <= cmd_first;
         end
-        if (chunk_take || cmd_go) begin
-            load_half  <= 1'b0;
-            load_len_0 <= NONE;
-            load_len_1 <= NONE;
-        end
-        if (rst) begin
-            load_on   <= 1'b0;
-            load_full <= 1'b0;
-            load_bank <= 1'b0;
-        end
+        if (chunk_take || cmd_go) {load_half, load_len_1, load_len_0} <= {1'b0, NONE, NONE};
+        if (rst) {load_on, load_full, load_bank} <= 3'b000;
     end
 
     // Sorter. The passes alternate between the chunk's bank (!load_bank) and the work buffer.
@@ -175,13 +169,11 @@ module gs_sorting_core #(
     reg  [1:0]         get_valid;
     reg  [1:0]         get_end;
     wire [1:0]         get_go;
-    wire [1:0]         get_done;      // all entries of the half have been read
-    wire [ENTRY_W-1:0] get_entry_0;
-    wire [ENTRY_W-1:0] get_entry_1;
+    wire [1:0]         get_done;      // all entries have been read
     wire               get_on = state == PASS || state == FINAL;
-    wire               chunk_end = state == FINAL && (&get_end);
+    wire               chunk_done = state == FINAL && (&get_end) && !list_end && (!msu_valid || msu_ready);
 
-    assign chunk_take = load_full && (state == IDLE || (chunk_end && !list_end && (!msu_valid || msu_ready)));
+    assign chunk_take = load_full && (state == IDLE || chunk_done);
 
     always @(posedge clk) begin
         if (put) begin
@@ -190,7 +182,7 @@ module gs_sorting_core #(
             if ((put_next[ADDR_W-1:0] & put_mask) == 0) put_half <= !put_half;
         end
         case (state)
-            PASS: if (ends_go && get_done[0]) state <= TURN;
+            PASS: if (ends_go && (&get_done)) state <= TURN;
             TURN: begin
                 state     <= sorted ? FINAL : PASS;
                 from_work <= !from_work;
@@ -198,18 +190,11 @@ module gs_sorting_core #(
                 len_0     <= put_len_0;
                 len_1     <= put_len_1;
             end
-            FINAL: begin
-                if (ends_go) state <= IDLE;
-                else if (chunk_end && !list_end && (!msu_valid || msu_ready)) state <= IDLE;
-            end
+            FINAL: if (ends_go || chunk_done) state <= IDLE;
             MERGE: if (ends_go) state <= IDLE;
             default: if (cmd_go && cmd_merge) state <= MERGE;
         endcase
-        if (state == TURN || chunk_take) begin
-            put_half  <= 1'b0;
-            put_len_0 <= NONE;
-            put_len_1 <= NONE;
-        end
+        if (state == TURN || chunk_take) {put_half, put_len_1, put_len_0} <= {1'b0, NONE, NONE};
         if (chunk_take) begin
             state     <= (load_len_1 == NONE) ? FINAL : PASS;
             from_work <= 1'b0;
@@ -228,87 +213,60 @@ module gs_sorting_core #(
 
     // Half h of the three buffers, and its reader.
     wire [2*ENTRY_W-1:0] get_entry;
-    wire [ADDR_W-1:0]    load_addr = load_len[ADDR_W-1:0];
-    wire [ADDR_W-1:0]    put_addr = put_len[ADDR_W-1:0];
     genvar h;
+    genvar k;
     generate
         for (h = 0; h < 2; h = h + 1) begin : g_half
             reg  [ADDR_W:0]    addr;
             wire [ADDR_W:0]    len = (h == 0) ? len_0 : len_1;
+            wire               at_end = addr == len;
             wire               at_border = state == PASS && get_valid[h] && (addr[ADDR_W-1:0] & run_mask) == 0;
             wire               step = get_on && (get_go[h] || (!get_valid[h] && !get_end[h]));
-            wire               read = step && !get_done[h] && !at_border;
+            wire               read = step && !at_end && !at_border;
             wire               load_here = load_write && load_half == h;
             wire               put_here = put && put_half == h;
-            wire               put_chunk = put_here && from_work;
-            wire [ENTRY_W-1:0] bank_0;
-            wire [ENTRY_W-1:0] bank_1;
-            wire [ENTRY_W-1:0] work;
+            wire [3*ENTRY_W-1:0] words;
 
             always @(posedge clk) begin
                 if (step) get_valid[h] <= read;
                 if (step) get_end[h] <= !read;
                 if (read) addr <= addr + ONE;
-                if (rst || !get_on || chunk_take) begin
-                    get_valid[h] <= 1'b0;
-                    get_end[h]   <= 1'b0;
-                    addr         <= NONE;
-                end
+                if (rst || !get_on || chunk_take) {get_valid[h], get_end[h], addr} <= {2'b00, NONE};
             end
 
-            gs_ram #(
-                .WIDTH(ENTRY_W),
-                .DEPTH(HALF)
-            ) bank_0_ram (
-                .clk(clk),
-                .wr_en(load_bank ? put_chunk : load_here),
-                .wr_addr(load_bank ? put_addr : load_addr),
-                .wr_data(load_bank ? msu_entry : bsu_entry),
-                .rd_en(read && !from_work && load_bank),
-                .rd_addr(addr[ADDR_W-1:0]),
-                .rd_data(bank_0)
-            );
+            // Buffer 0 and 1 are the banks, 2 is the work buffer.
+            for (k = 0; k < 3; k = k + 1) begin : g_buffer
+                wire loads = k < 2 && load_bank == (k == 1);
+                wire reads = !loads && from_work == (k == 2);
+                wire puts  = !loads && from_work != (k == 2);
+                gs_ram #(
+                    .WIDTH(ENTRY_W),
+                    .DEPTH(HALF)
+                ) ram (
+                    .clk(clk),
+                    .wr_en(loads ? load_here : puts && put_here),
+                    .wr_addr(loads ? load_len[ADDR_W-1:0] : put_len[ADDR_W-1:0]),
+                    .wr_data(loads ? bsu_entry : msu_entry),
+                    .rd_en(reads && read),
+                    .rd_addr(addr[ADDR_W-1:0]),
+                    .rd_data(words[k*ENTRY_W +: ENTRY_W])
+                );
+            end
 
-            gs_ram #(
-                .WIDTH(ENTRY_W),
-                .DEPTH(HALF)
-            ) bank_1_ram (
-                .clk(clk),
-                .wr_en(load_bank ? load_here : put_chunk),
-                .wr_addr(load_bank ? load_addr : put_addr),
-                .wr_data(load_bank ? bsu_entry : msu_entry),
-                .rd_en(read && !from_work && !load_bank),
-                .rd_addr(addr[ADDR_W-1:0]),
-                .rd_data(bank_1)
-            );
-
-            gs_ram #(
-                .WIDTH(ENTRY_W),
-                .DEPTH(HALF)
-            ) work_ram (
-                .clk(clk),
-                .wr_en(put_here && !from_work),
-                .wr_addr(put_addr),
-                .wr_data(msu_entry),
-                .rd_en(read && from_work),
-                .rd_addr(addr[ADDR_W-1:0]),
-                .rd_data(work)
-            );
-
-            assign get_done[h] = addr == len;
-            assign get_entry[h*ENTRY_W +: ENTRY_W] = from_work ? work : load_bank ? bank_0 : bank_1;
+            assign get_done[h] = at_end;
+            wire [ENTRY_W-1:0] bank = load_bank ? words[0 +: ENTRY_W] : words[ENTRY_W +: ENTRY_W];
+            assign get_entry[h*ENTRY_W +: ENTRY_W] = from_work ? words[2*ENTRY_W +: ENTRY_W] : bank;
         end
     endgenerate
-    assign get_entry_0 = get_entry[ENTRY_W-1:0];
-    assign get_entry_1 = get_entry[2*ENTRY_W-1:ENTRY_W];
 
     // Heads of the MSU+. In FINAL half 1 follows half 0, and only the last chunk shows its end.
+    wire [ENTRY_W-1:0] get_entry_1 = get_entry[ENTRY_W +: ENTRY_W];
     wire merging = state == MERGE;
     wire final_1 = state == FINAL && get_end[0];
     wire chunk_valid = final_1 ? get_valid[1] || (get_end[1] && list_end) : get_valid[0] || get_end[0];
     wire head_a_valid = merging ? a_valid : get_on && chunk_valid;
     wire head_a_last = merging ? a_last : final_1 ? get_end[1] : get_end[0];
-    wire [ENTRY_W-1:0] head_a = merging ? a_entry : final_1 ? get_entry_1 : get_entry_0;
+    wire [ENTRY_W-1:0] head_a = merging ? a_entry : final_1 ? get_entry_1 : get_entry[0 +: ENTRY_W];
     wire head_b_valid = (state == PASS) ? get_valid[1] || get_end[1] : (merging || state == FINAL) && b_valid;
     wire head_b_last = (state == PASS) ? get_end[1] : b_last;
     wire [ENTRY_W-1:0] head_b = (state == PASS) ? get_entry_1 : b_entry;

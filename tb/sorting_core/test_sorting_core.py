@@ -5,11 +5,13 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.sorting_core import bitonic_sort_unit
 from golden.sorting_core import sorting_core as golden
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, cycle, reset, rng, stall_pairs, start_clock
 from tb.sorting_core import beats, blocks, entries, send_at
 
 TOP = "gs_sorting_core"
+PARAMETERS = [{}, {"NETWORK": bitonic_sort_unit.BITONIC}]
 C = params.CHUNK
 IN, OUT = ("entry", "last"), ("entry", "len", "last")
 LENGTHS = (0, 1, 2, 15, 16, 17, 127, 128, 129, 200, 255, 256, 257, 383, 384, 385, 511, 512, 513, 1000)
@@ -22,6 +24,7 @@ class Bench:
     def __init__(self, dut, source_stall="none", sink_stall="none"):
         start_clock(dut)
         self.dut = dut
+        self.network = int(dut.NETWORK.value)
         self.cmd = Source(dut, "cmd", ("merge", "first"), source_stall)
         self.a = Source(dut, "a", IN, source_stall, "a")
         self.b = Source(dut, "b", IN, source_stall, "b")
@@ -65,7 +68,7 @@ class Bench:
         for send in sends:
             await send
         await self.board.finish()
-        want = golden.timing(a_arrival, b_arrival, a, b, first, bool(merge))
+        want = golden.timing(a_arrival, b_arrival, a, b, first, bool(merge), self.network)
         assert [c - zero for c in self.a.cycles] == want.a_taken.tolist()
         assert [c - zero for c in self.b.cycles] == want.b_taken.tolist()
         beats_at = [f + i for f, k in zip(want.blocks, want.lengths, strict=True) for i in range(max(k, 1))]
@@ -190,7 +193,7 @@ async def test_cycles_of_commands_that_follow_each_other(dut):
     for (a, b, merge), zero in zip(jobs, starts, strict=True):
         assert ready is None or zero == ready
         there = np.zeros(len(a) + 1, np.int64), np.zeros(len(b) + 1, np.int64)
-        want = golden.timing(*there, a, b, C, bool(merge), busy=busy - zero)
+        want = golden.timing(*there, a, b, C, bool(merge), bench.network, busy - zero)
         beats_at = [f + i + zero for f, k in zip(want.blocks, want.lengths, strict=True) for i in range(max(k, 1))]
         assert sent[: len(beats_at)] == beats_at
         sent, busy, ready = sent[len(beats_at) :], beats_at[-1], zero + want.ready
