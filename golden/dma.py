@@ -1,8 +1,8 @@
 """Cycles of the DMA units of rtl/common (gs_axi_*.v) on a memory of fixed latency.
 
-The memory takes an address, and a beat of written data, in every cycle. `read` cycles behind the AR its first R beat is
-there, the following ones one a cycle, bursts in order; `write` cycles behind a burst's last W beat its B is there. Times
-are absolute cycles; a function takes the cycle of the beat that starts it.
+The memory takes an address, and a beat of written data, in every cycle. `read` cycles behind the AR its first R beat
+is there, the following ones one a cycle, bursts in order; `write` cycles behind a burst's last W beat its B is there.
+Times are absolute cycles; a function takes the cycle of the beat that starts it.
 """
 
 from __future__ import annotations
@@ -45,9 +45,8 @@ def list_arrival(cmd, n, read):
 
 @numba.njit(cache=True)
 def list_next(end):
-    """First cycle in which gs_axi_list_reader takes another command; its end beat is taken in cycle `end`, at the earliest
-    the cycle in which it is offered."""
-    return end
+    """First cycle in which gs_axi_list_reader takes another command; its end beat is taken in cycle `end`."""
+    return end + 1
 
 
 @numba.njit(cache=True)
@@ -58,16 +57,16 @@ def record_split(index, base=0):
 
 
 @numba.njit(cache=True)
-def written(last, n, write):
-    """Cycle in which gs_axi_block_writer offers done for a list of n entries whose last block beat it takes in `last`.
+def written(entry, end, n, write):
+    """Cycle in which gs_axi_block_writer offers done for a list of n entries.
 
-    The last W beat follows in the next cycle, or in the one behind when the list's end fills no group of four; its B is
-    there `write` cycles later, and done a cycle after it. A list that ends with a block of length 0 has its last W beat in
-    front of that block's beat: then done is two cycles behind it, or waits for that B.
+    It takes the last entry in cycle `entry` and the list's last beat, that entry's or that of a block of length 0, in
+    cycle `end`. The last W beat follows the entry by a cycle, or by two when the end fills no group of four; its B is
+    there `write` cycles later, and done a cycle after it, but not before the list's end has passed through the queue of
+    lists (2).
     """
-    if n % params.CHUNK == 0:
-        return last + 2 if n == 0 else max(last + 2, last - 1 + 1 + write + 1)
-    return last + (1 if n % 4 == 0 else 2) + write + 1
+    answered = entry + (1 if n % 4 == 0 else 2) + write + 1
+    return end + 2 if n == 0 else max(end + 2, answered)
 
 
 @numba.njit(cache=True)

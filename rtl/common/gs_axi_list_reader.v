@@ -1,7 +1,7 @@
 // gs_axi_list_reader: reads a packed table from memory and sends it as a list stream.
 //
 //   cmd taken in cycle 0: first AR in cycle 1, one a cycle; an R beat's entry is on list_ one cycle later; one entry a
-//   cycle; the end beat is in cycle 2 when n is 0. The next cmd is taken once the end beat is on list_.
+//   cycle; the end beat is in cycle 2 when n is 0. The next cmd is taken once the end beat has been taken.
 //   m_axi_rready sees list_ready combinationally.
 //
 //   Four entries lie in three beats: each of the first three closes with its own beat, the fourth is what is left.
@@ -55,18 +55,18 @@ module gs_axi_list_reader #(
     endgenerate
 
     // AR: ar_left beats from ar_line are still to be asked for
-    reg               busy;
+    reg               busy;                     // beats are still to be put on list_
     reg               ar_valid;
     reg  [LINE_W-1:0] ar_line;
     reg  [N_W-1:0]    ar_left;
-    wire              cmd_go    = cmd_valid && !busy;
+    wire              cmd_go    = cmd_valid && cmd_ready;
     wire [N_W+1:0]    cmd_beats = {2'd0, cmd_n} + {1'b0, cmd_n, 1'b0} + {{N_W{1'b0}}, 2'd3};    // times 4, rounded up
     wire [8:0]        ar_room   = 9'd256 - {1'b0, ar_line[7:0]};
     wire              ar_final  = ar_left <= {{N_W-9{1'b0}}, ar_room};
     wire [8:0]        ar_beats  = ar_final ? ar_left[8:0] : ar_room;
     wire [8:0]        ar_len    = ar_beats - 9'd1;
 
-    assign cmd_ready     = !busy;
+    assign cmd_ready     = !busy && !list_valid;
     assign m_axi_arvalid = ar_valid;
     assign m_axi_araddr  = {ar_line, 3'd0};
     assign m_axi_arlen   = ar_len[7:0];

@@ -12,7 +12,7 @@ PARAMETERS = [{"CNT_W": 5, "DONES": 2}, {"CNT_W": 12, "DONES": 8}]
 @cocotb.test()
 @cocotb.parametrize(stall=["none", "random", "burst", "three_of_four"])
 async def test_done_comes_behind_the_last_answer_of_each_list(dut, stall):
-    """Random lists of 0 to 3 bursts; a reference that counts without bounds. The small counter goes round many times."""
+    """Random lists of 0 to 3 bursts, a reference that counts without bounds. The small counter goes round often."""
     start_clock(dut)
     sink = Sink(dut, "done", ("n",), stall=stall)
     Monitor(dut, "done", ("n",))

@@ -68,7 +68,7 @@ async def test_cycles_equal_golden(dut, read):
 
 
 @cocotb.test()
-async def test_the_next_command_is_taken_with_the_end_beat(dut):
+async def test_the_next_command_is_taken_behind_the_end_beat(dut):
     _, result, cmd, sink = await bench(dut)
     cmd.send([(at, len(words)) for at, words in result])
     await sink.wait(sum(len(words) + 1 for _, words in result))

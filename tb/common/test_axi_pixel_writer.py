@@ -65,7 +65,7 @@ async def test_every_pixel_lands_in_its_place(dut, source_stall, sink_stall):
 @cocotb.parametrize(number=range(len(PICTURES)), write=[1, 20])
 async def test_cycles_equal_golden_and_a_beat_moves_each_cycle(dut, number, write):
     picture = PICTURES[number]
-    port, memory, cmd, source, sink = await bench(dut, picture=picture, write=write)
+    _port, memory, cmd, source, sink = await bench(dut, picture=picture, write=write)
     random = rng("cycles", number)
     want = bytearray(b"\x5a" * SIZE)
     ends, count = [], 0
@@ -85,7 +85,7 @@ async def test_cycles_equal_golden_and_a_beat_moves_each_cycle(dut, number, writ
 @cocotb.test()
 async def test_reset_in_flight_forgets_the_tile(dut):
     picture = PICTURES[0]
-    port, memory, cmd, source, sink = await bench(dut, "random", "random", picture)
+    _port, memory, cmd, source, sink = await bench(dut, "random", "random", picture)
     random = rng("reset")
     cmd.send(tiles(*picture[:2]))
     source.send(beats(picture, 0, 0, random, bytearray(SIZE)))
@@ -110,7 +110,7 @@ async def test_reset_in_flight_forgets_the_tile(dut):
 
 @cocotb.test()
 async def test_an_error_answer_is_kept(dut):
-    port, memory, cmd, source, sink = await bench(dut)
+    port, _memory, cmd, source, sink = await bench(dut)
     port.answer = 2
     cmd.send([(0, 0)])
     source.send(beats(PICTURES[0], 0, 0, rng("error"), bytearray(SIZE)))

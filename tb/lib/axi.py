@@ -5,8 +5,8 @@
     port.ar: [(cycle, address, beats)]   port.aw: likewise   port.b: cycles of the responses
 
 Without stalls every address and data beat is taken at once, R beats of the bursts follow one a cycle in order, `read`
-cycles behind their AR, and B comes `write` cycles behind the last W beat. Fails the test on a burst across a 4 KB border,
-a wrong burst type or size, a wrong wlast, and on a valid that falls or a field that changes before its beat has moved.
+cycles behind their AR, and B comes `write` cycles behind the last W beat. Fails the test on a burst across a 4 KB
+border, a wrong burst type or size, a wrong wlast, and on a valid that falls or a field that changes before its beat.
 """
 
 from __future__ import annotations
