@@ -113,6 +113,7 @@ def test_place_moves_the_first_frame_onto_the_start():
     for a, b in zip(path, placed):
         assert b.width == START.width and b.fx == START.fx
         assert turn_between(path[0], a) == pytest.approx(turn_between(START, b), abs=1e-5)
+        assert np.allclose(b.rotation @ START.rotation.T, a.rotation @ path[0].rotation.T)
         seen = path[0].rotation @ (a.position - path[0].position)  # the step as the first camera sees it
         assert np.allclose(START.rotation @ (b.position - START.position), 0.2 * seen)
     assert cameras.place([], START, 1) == []

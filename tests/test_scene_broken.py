@@ -98,6 +98,19 @@ def test_bombs_do_not_allocate(tmp_path):
     assert peak < 20e6, f"{peak} bytes"
 
 
+def test_images_of_one_colour_do_not_hold_a_million_gaussians(tmp_path):
+    """Sizes that fit the count, but so few bytes that nothing can be in them: refused before they are decoded."""
+    files = sog_files(truth(n=4))
+    meta = json.loads(files["meta.json"]) | dict(count=1_000_000)
+    flat = webp(np.full((1000, 1000, 4), 255, "u1"))
+    (tmp_path / "a.sog").write_bytes(zipped({k: flat for k in files} | {"meta.json": json.dumps(meta).encode()}))
+    tracemalloc.start()
+    refused(tmp_path / "a.sog", "claims 1000000 Gaussians", "plausible")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2e6, f"{peak} bytes"
+
+
 def test_ply_messages_name_line_property_and_count(tmp_path):
     columns = inria_columns(truth())
     good = ply_bytes(columns)

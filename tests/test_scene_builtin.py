@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from golden import scene
+from golden.cameras.camera import matrices
 from golden.errors import InputError
-from golden.scene import builtin
+from golden.scene import builtin, shapes
 
 FIELDS = ("means", "scales", "quats", "opacities", "sh")
 
@@ -66,6 +67,16 @@ def test_surfaces_lie_where_the_room_is():
     w, x, y, z = (g.quats[floor] / np.linalg.norm(g.quats[floor], axis=1, keepdims=True)).T
     assert np.median(abs(2 * (y * z - w * x))) > 0.999
     assert (np.argmin(g.scales[floor], axis=1) == 2).mean() > 0.98
+
+
+def test_disks_are_tangent():
+    """The local z axis of every quaternion is the normal it was made for, also straight back."""
+    rng = np.random.default_rng(0)
+    normals = np.concatenate([shapes.directions(rng, 500), np.eye(3), -np.eye(3)])
+    quats = shapes.aligned(rng, normals)
+    rotation = matrices(quats / np.linalg.norm(quats, axis=1, keepdims=True))
+    assert np.allclose(rotation[:, :, 2], normals)
+    assert np.ptp(np.arctan2(rotation[:500, 0, 0], rotation[:500, 0, 1])) > 6  # rolled every way
 
 
 def test_two_million_take_seconds():

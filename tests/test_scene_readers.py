@@ -1,10 +1,12 @@
 """Scene readers against files of every format, written by encoders of their own (tests/scene_files.py)."""
 
 import gzip
+import io
 import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from golden import scene
 from tests.scene_files import (
@@ -20,6 +22,7 @@ from tests.scene_files import (
     spz_bytes,
     streamed,
     truth,
+    webp,
     write_folder,
     zipped,
 )
@@ -217,6 +220,14 @@ def test_zero_rows_are_dropped_and_counted(tmp_path):
     columns = {k: np.concatenate([v[:1], np.zeros(4095)]) for k, v in inria_columns(truth()).items()}
     g = load_bytes(tmp_path, "a.ply", ply_bytes(columns))
     assert len(g) == 1 and g.counters == {"rejected_nonfinite": 0, "rejected_scale": 0, "rejected_quat": 4095}
+
+
+def test_sog_rotation_without_a_largest_part_is_dropped(tmp_path):
+    files = sog_files(truth(n=4))
+    pixels = np.array(Image.open(io.BytesIO(files["quats.webp"])))
+    pixels[0, 2, 3] = 17  # not 252 to 255
+    g = load_bytes(tmp_path, "a.sog", zipped(files | {"quats.webp": webp(pixels)}))
+    assert len(g) == 3 and g.counters["rejected_quat"] == 1
 
 
 def test_unnormalised_quaternions_stay_as_stored(tmp_path):

@@ -134,11 +134,15 @@ def webp_size(data: bytes, where: str) -> tuple[int, int]:
     raise InputError(f"{where}: WebP chunk {kind!r} found, lossless WebP (VP8L) is needed")
 
 
-def image(load: Loader, file: object, where: str, fits: Callable[[int, int], str | None]) -> np.ndarray:
-    """[height, width, 4] uint8 of a lossless WebP; `fits` names what is wrong with its size before it is decoded."""
+def plain_name(file: object, where: str) -> str:
     if not isinstance(file, str) or not file or "/" in file or "\\" in file or "\0" in file or file == "..":
         raise InputError(f"{where}: file {one_line(repr(file))} named, the plain name of a file beside it is needed")
-    data = load(file)
+    return file
+
+
+def image(load: Loader, file: object, where: str, fits: Callable[[int, int], str | None]) -> np.ndarray:
+    """[height, width, 4] uint8 of a lossless WebP; `fits` names what is wrong with its size before it is decoded."""
+    data = load(plain_name(file, where))
     where = f"{where}: {file}"
     width, height = webp_size(data, where)
     problem = fits(width, height)
@@ -171,13 +175,19 @@ def decode(data: bytes, load: Loader, where: str, name: str, source: str) -> gau
         n = (member(means, "shape", where, list, "[count, 3]") or [0])[0]
     if not isinstance(n, int) or not 0 <= n <= gaussians.MAX_GAUSSIANS:
         raise InputError(f"{where}: {one_line(n)} Gaussians, 0 to {gaussians.MAX_GAUSSIANS} are read")
-    loaded = 0
+    held: dict[str, bytes] = {}
 
-    def counted(file: str) -> bytes:
-        nonlocal loaded
-        found = load(file)
-        loaded += len(found)
-        return found
+    def once(file: str) -> bytes:
+        if file not in held:
+            held[file] = load(file)
+        return held[file]
+
+    for key in ("means", "quats", "scales", "sh0"):  # what is stored must be worth the claim before it is decoded
+        for file in member(
+            member(meta, key, where, dict, "an object"), "files", f"{where}: {key}", list, "image names"
+        ):
+            once(plain_name(file, f"{where}: {key}"))
+    check_claim(where, n, sum(map(len, held.values())))
 
     def rows(section: dict, key: str, index: int) -> np.ndarray:
         """[n, 4] uint8 of an image that holds one pixel a Gaussian."""
@@ -190,7 +200,7 @@ def decode(data: bytes, load: Loader, where: str, name: str, source: str) -> gau
             ok = n <= width * height <= n + spare or width * height <= max(4 * n, 1 << 16)
             return None if ok and n <= width * height else f"{n} Gaussians need about as many"
 
-        return image(counted, files[index], where, fits).reshape(-1, 4)[:n]
+        return image(once, files[index], where, fits).reshape(-1, 4)[:n]
 
     def section(key: str) -> dict:
         return member(meta, key, where, dict, "an object")
@@ -199,7 +209,6 @@ def decode(data: bytes, load: Loader, where: str, name: str, source: str) -> gau
     packed_quats = rows(section("quats"), "quats", 0)
     scale_codes = rows(section("scales"), "scales", 0)
     colour_codes = rows(section("sh0"), "sh0", 0)
-    check_claim(where, n, loaded)
 
     mins, maxs = (numbers(means.get(k), (3,), f"{where}: means.{k}") for k in ("mins", "maxs"))
     code = low[:, :3].astype(np.float64) + 256.0 * high[:, :3]
@@ -217,7 +226,7 @@ def decode(data: bytes, load: Loader, where: str, name: str, source: str) -> gau
         dc, opacities = colour[:, :3], gaussians.sigmoid(colour[:, 3])
     sh = dc[:, None, :].astype(np.float32)
     if meta.get("shN") is not None:
-        sh = np.concatenate([sh, palette(section("shN"), version, n, rows, counted, where)], axis=1)
+        sh = np.concatenate([sh, palette(section("shN"), version, n, rows, once, where)], axis=1)
     antialias = meta.get("antialias") is True or meta.get("model") == "antialiased"
     return gaussians.checked(name, positions, scales, quats, opacities, sh, antialias, source)
 
