@@ -117,8 +117,10 @@ def splat_bytes(t: dict) -> bytes:
 
 def spz_bytes(t: dict, version: int, flags: int = 0, fraction: int = 12, **header) -> bytes:
     n, degree = len(t["means"]), int(np.sqrt(t["sh"].shape[1])) - 1
-    field = dict(magic=b"NGSP", stated=version, n=n, degree=degree) | header
-    head = struct.pack("<4sIIBBBB", field["magic"], field["stated"], field["n"], field["degree"], fraction, flags, 0)
+    field = dict(magic=b"NGSP", stated=version, n=n, degree=degree, bits=fraction) | header
+    head = struct.pack(
+        "<4sIIBBBB", field["magic"], field["stated"], field["n"], field["degree"], field["bits"], flags, 0
+    )
     if version == 1:
         body = t["means"].astype("<f2").tobytes()
     else:

@@ -146,7 +146,7 @@ def test_splat_and_spz_messages(tmp_path):
     for data, words in (
         (gzip.compress(spz_bytes(t, 3, stated=4)), ("version", "4", "1 to 3")),
         (gzip.compress(spz_bytes(t, 3, degree=9)), ("shDegree", "9")),
-        (gzip.compress(spz_bytes(t, 3, fraction=77)), ("fractionalBits", "77")),
+        (gzip.compress(spz_bytes(t, 3, bits=77)), ("fractionalBits", "77")),
         (gzip.compress(spz_bytes(t, 3, flags=2)), ("flags", "extensions")),
         (gzip.compress(spz_bytes(t, 3, magic=b"XGSP")), ("NGSP",)),
         (gzip.compress(spz_bytes(t, 3, n=51)), ("51", "need")),
