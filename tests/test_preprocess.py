@@ -1,4 +1,4 @@
-"""Projection, colour, records and duplication against references written from the formulas (mpmath, plain loops).
+"""Projection, culling and colour against references written from the formulas with 60 digits.
 
 References use none of the code under test. Bounds are those of the hard cases D-P01..P14, or tighter.
 """
@@ -9,17 +9,16 @@ import math
 from types import SimpleNamespace
 
 import mpmath
-import numba
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from golden import params, records
+from golden import params
 from golden.cameras.camera import Camera, look_at
-from golden.preprocess import Features, duplicate, encode, project
+from golden.preprocess import encode, project
 from golden.preprocess.colour import colours
 from golden.preprocess.projection import depths
-from golden.raster_core.intersection_test_unit import bound, tile_bitmap
+from golden.raster_core.intersection_test_unit import bound
 from golden.scene.gaussians import Gaussians, checked
 from tests.hard_cases.setting import camera_a, gaussians, merge
 
@@ -301,161 +300,3 @@ def test_colour_at_the_camera_is_finite():
     scene = random_scene(2, 1, 16)
     camera = Camera(64, 64, 64, 64, 32, 32, np.eye(3), scene.means[0])
     assert np.isfinite(colours(scene, camera)).all()
-
-
-# ---- records
-
-
-def test_codes_are_within_half_a_step_of_the_conic():
-    scene, camera = random_scene(80, 21), tilted()
-    p = project(scene, camera)
-    f = encode(p)
-    scale = mpmath.log(mpmath.e, 2) / 2
-    checks = 0
-    for i in np.flatnonzero(f.visible):
-        r = reference(scene, i, camera)
-        conic = r.cov**-1
-        a = mpmath.sqrt(scale * conic[0, 0])
-        b = scale * conic[0, 1] / a
-        c = mpmath.sqrt(scale * conic[1, 1] - b * b)
-        for code, truth in zip(f.chol[i], (a, b, c)):
-            assert abs(int(code) - truth * 2**params.CHOL_F) <= 0.5 + 1e-6
-        assert abs(int(f.mean[i, 0]) - r.x * 1024) <= 0.5 + 1e-6
-        assert abs(int(f.mean[i, 1]) - r.y * 1024) <= 0.5 + 1e-6
-        assert abs(int(f.opacity[i]) + mpmath.log(mpf(float(p.opacity[i])), 2) * 8192) <= 0.5 + 1e-6
-        checks += 1
-    assert checks > 20
-    assert np.array_equal(f.key[f.visible], records.depth_key(p.depth[f.visible]))
-
-
-def test_records_hold_what_was_encoded():
-    f = encode(project(random_scene(500, 22), tilted()))
-    raw = records.record_bytes(f.fields())
-    for i in np.flatnonzero(f.visible)[:50]:
-        word = int.from_bytes(raw[i].tobytes(), "little")
-        for name, (low, width) in params.record_offsets().items():
-            code = int(f.fields()[name][i])
-            assert (word >> low) & ((1 << width) - 1) == code & ((1 << width) - 1), name
-            signed = name in ("mean_x", "mean_y", "chol_b")
-            assert (-(1 << width - 1) <= code < 1 << width - 1) if signed else (0 <= code < 1 << width)
-
-
-def test_invisible_records_never_hit():
-    f = encode(project(random_scene(2000, 23), tilted()))
-    assert (~f.visible).sum() > 100
-    assert all(bound(int(o)) < 0 for o in f.opacity[~f.visible])
-
-
-def test_what_does_not_fit_is_counted():
-    scene = gaussians(
-        [(130, 0, 2), (0, 0, 2), (0, 0, 2.0**30), (0, 0, 3)],
-        scales=[(200, 200, 200), (0.1, 0.1, 0.1), (2.0**29, 2.0**29, 2.0**29), (0.1, 0.1, 0.1)],
-        colours=[(1, 1, 1), (8, 0, 0), (1, 1, 1), (3.9, 3.9, 3.9)],
-    )
-    p = project(scene, camera_a())
-    f = encode(p)
-    assert p.visible.all() and list(f.visible) == [False, True, True, True]
-    assert f.counters == {"culled_range": 1, "clamped_colour": 1, "clamped_depth": 1}
-    assert f.colour[1, 0] == 7680 and f.key[2] == records.KEY_MASK
-
-
-def alpha_error(sigma: float, aspect: float, angle: float) -> float:
-    """Largest |alpha - exact alpha| over a grid of the ellipse, footprint taken from its codes, opacity 1."""
-    small = max(sigma / aspect, 0.0)
-    cos, sin = math.cos(angle), math.sin(angle)
-    xx = (sigma * cos) ** 2 + (small * sin) ** 2 + 0.3
-    yy = (sigma * sin) ** 2 + (small * cos) ** 2 + 0.3
-    xy = (sigma**2 - small**2) * cos * sin
-    det = (sigma * small) ** 2 + 0.3 * (sigma**2 + small**2) + 0.09
-    p = SimpleNamespace(
-        mean2d=np.zeros((1, 2)), cov2d=np.array([[xx, xy, yy]]), det=np.array([det]), depth=np.ones(1),
-        opacity=np.ones(1), colour=np.zeros((1, 3)), visible=np.ones(1, bool),
-    )  # fmt: skip
-    a, b, c = encode(p).chol[0] / 2.0**params.CHOL_F
-    radius, turn = np.meshgrid(np.linspace(0, 3.4, 60), np.linspace(0, 2 * np.pi, 72))
-    long, short = radius * np.cos(turn) * math.sqrt(sigma**2 + 0.3), radius * np.sin(turn) * math.sqrt(small**2 + 0.3)
-    dx, dy = long * cos - short * sin, long * sin + short * cos
-    exact = np.exp(-0.5 * radius**2)
-    return float(np.abs(np.exp2(-((a * dx + b * dy) ** 2) - (c * dy) ** 2) - exact).max())
-
-
-@pytest.mark.parametrize(("sigma", "bits"), [(10, 17), (50, 15), (200, 13), (1000, 11), (2500, 9)])
-def test_footprint_codes_keep_alpha(sigma, bits):
-    worst = max(
-        alpha_error(sigma, aspect, angle)
-        for aspect in (1, 2, 10, 100, 1e3, 1e5)
-        for angle in np.linspace(0, np.pi, 37) + 0.01
-    )
-    assert worst <= 2.0**-bits
-
-
-# ---- duplication
-
-
-@numba.njit
-def every_tile(mean, chol, opacity, visible, width, height):
-    """[T, N] bool: the bitmap of every Gaussian in every tile is not empty."""
-    columns, rows = -(-width // 64), -(-height // 64)
-    out = np.zeros((columns * rows, len(visible)), np.bool_)
-    for t in range(columns * rows):
-        for i in np.flatnonzero(visible):
-            a, b, c = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
-            x, y, o = np.int64(mean[i, 0]), np.int64(mean[i, 1]), np.int64(opacity[i])
-            out[t, i] = tile_bitmap(a, b, c, x, y, o, t % columns * 64, t // columns * 64, width, height) != 0
-    return out
-
-
-def check_pairs(f: Features, width: int, height: int) -> int:
-    pairs = duplicate(f, width, height)
-    lists = [np.flatnonzero(row) for row in every_tile(f.mean, f.chol, f.opacity, f.visible, width, height)]
-    assert np.array_equal(np.diff(pairs.tile_offsets), [len(x) for x in lists])
-    assert np.array_equal(pairs.index, np.concatenate(lists))
-    assert pairs.index.dtype == np.int32 and pairs.tile_offsets.dtype == np.int64
-    return len(pairs.index)
-
-
-@pytest.mark.parametrize(("width", "height"), [(130, 70), (64, 64), (8, 200), (333, 129)])
-def test_duplication_equals_the_bitmaps_of_all_tiles(width, height):
-    scene = random_scene(1500, width)
-    assert check_pairs(encode(project(scene, tilted(width, height))), width, height) > 200
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_duplication_of_any_codes(seed):
-    """Every representable record, zero terms and saturating set-ups included; half of the opacities at the cut."""
-    r = np.random.default_rng(seed)
-    n = 4000
-    size = (2 ** r.uniform(0, 20.5, (n, 3))).astype(np.int32) - 1
-    size[r.random((n, 3)) < 0.02] = 0
-    size[:, 1] *= r.choice([-1, 1], n)
-    reach = 1 << (23 if seed & 1 else 19)
-    mean = r.integers(-reach >> (seed & 2), reach, (n, 2)).astype(np.int32)
-    opacity = np.where(r.random(n) < 0.5, r.integers(65450, 65536, n), r.integers(0, 65536, n)).astype(np.int32)
-    zeros = np.zeros((n, 3), np.int32)
-    check_pairs(Features(mean, size, opacity, zeros, zeros[:, 0], np.ones(n, bool)), 400, 200)
-
-
-def test_i03_picture_that_is_no_multiple_of_the_tile():
-    means = [((x - 64) / 64, (y - 64) / 64, 2) for x, y in ((129.5, 69.5), (130.4, 35), (128.0, 64.0))]
-    f = encode(project(gaussians(means, scales=1e-6), camera_a(130, 70)))
-    assert f.mean.tolist() == [[132608, 71168], [133530, 35840], [131072, 65536]]
-    pairs = duplicate(f, 130, 70)
-    assert np.diff(pairs.tile_offsets).tolist() == [0, 1, 2, 0, 1, 2]
-    check_pairs(f, 130, 70)
-
-
-def test_i04_mean_on_a_tile_corner_is_listed_once_in_four_tiles():
-    pairs = duplicate(encode(project(gaussians((0, 0, 2), scales=1e-6), camera_a())), 128, 128)
-    assert pairs.tile_offsets.tolist() == [0, 1, 2, 3, 4] and pairs.index.tolist() == [0, 0, 0, 0]
-
-
-def test_i06_between_pixel_centres_the_list_may_be_empty():
-    f = encode(project(gaussians((0, 0, 2), scales=1e-9, opacities=0.0085), camera_a()))
-    assert f.visible[0] and check_pairs(f, 128, 128) == 0
-
-
-def test_no_gaussians_at_all():
-    nothing = random_scene(0, 0)
-    f = encode(project(nothing, camera_a()))
-    pairs = duplicate(f, 128, 128)
-    assert pairs.tile_offsets.tolist() == [0] * 5 and len(pairs.index) == 0
