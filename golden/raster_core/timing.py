@@ -80,7 +80,7 @@ def step(state, tile_valid, arrivals, counts, beats, latency, interval, times, b
     state int64[STATE_N], updated; tile_valid: cycle from which the tile is offered; arrivals int64[n + 1]: cycles from
     which each entry and the end beat are offered, if those before them are gone; counts [ceil(n / CHUNK), GROUPS,
     UNITS] of rasterise; beats: pixel_beats; a record comes `latency` cycles behind its request and at least `interval`
-    behind the last one. Fills times int64[TIMES_N] and blocks int64[n // CHUNK + 1, 2]: first and last beat of each block.
+    behind the last one. Fills times int64[TIMES_N] and blocks int64[n // CHUNK + 1, 2]: first, last beat of a block.
     """
     n = len(arrivals) - 1
     origin = state[ORIGIN]
