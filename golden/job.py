@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from golden import cameras, scene
 from golden.cameras.camera import Camera, look_at
 from golden.cameras.paths import KINDS
-from golden.cameras.readers import kind_of
+from golden.cameras.readers import RELATIVE, kind_of
 from golden.errors import InputError
 from golden.scene.gaussians import Gaussians
 from golden.settings import Settings, parse
@@ -46,11 +46,11 @@ class Job:
     head: dict  # the first fields of stats.json
 
 
-def _start(args: argparse.Namespace, gaussians: Gaussians, width: int, height: int) -> tuple[Camera, tuple]:
-    """(first camera, look-at point)."""
+def _start(args: argparse.Namespace, gaussians: Gaussians, width: int, height: int) -> tuple[Camera, tuple, tuple]:
+    """(first camera, look-at point, up)."""
     view = cameras.parse_camera(args.camera) if args.camera else cameras.default_view(gaussians)
     eye, at, up, fovy = view
-    return look_at(eye, at, up, fovy, width, height), at
+    return look_at(eye, at, up, fovy, width, height), at, up
 
 
 def prepare(args: argparse.Namespace) -> Job:
@@ -63,14 +63,14 @@ def prepare(args: argparse.Namespace) -> Job:
     if args.jobs < 0:
         raise InputError(f"--jobs {args.jobs}: wants 0 (all cores) or more")
     gaussians = scene.load(args.scene)
-    start, at = _start(args, gaussians, width, height)
+    start, at, up = _start(args, gaussians, width, height)
     if args.cameras:
         track = cameras.read(args.cameras, width, height, frames, args.fps, args.speed)
-        if kind_of(args.cameras) in ("tum", "record3d"):
+        if kind_of(args.cameras) in RELATIVE:
             track = cameras.place(track, start, settings.motion_scale or cameras.scene_scale(gaussians) or 1.0)
     else:
         track = cameras.path(
-            args.path, start, frames, args.fps, args.speed, at, cameras.scene_scale(gaussians), args.seed
+            args.path, start, frames, args.fps, args.speed, at, cameras.scene_scale(gaussians), args.seed, up
         )
     head = {
         "scene": args.scene,
