@@ -27,6 +27,9 @@ class Latency(NamedTuple):
     write: int = 20  # last W beat of a burst to its B
 
 
+LATENCY = Latency()
+
+
 def beats(n: int) -> int:
     """64-bit beats of a table of n entries."""
     return -(-n * params.ENTRY_BYTES // BEAT)

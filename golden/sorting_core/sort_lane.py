@@ -12,8 +12,8 @@ from golden.sorting_core.sort_sequencer import EMPTY, FIRST_COMMAND, INCOMING, N
 def command_cycles(a: np.ndarray, b: np.ndarray, command: sort_sequencer.Command, latency: dma.Latency):
     """(cycles from a command to its list being written, the list int64[m]).
 
-    Both readers, the core and the writer are idle and take the command in the cycle in which it is sent. The writer takes
-    every beat at once.
+    Both readers, the core and the writer are idle and take the command in the cycle in which it is sent. The writer
+    takes every beat at once.
     """
     times = sorting_core.timing(
         dma.list_arrival(0, len(a), latency.read),
@@ -31,7 +31,7 @@ def command_cycles(a: np.ndarray, b: np.ndarray, command: sort_sequencer.Command
 
 
 def job(
-    table: np.ndarray, incoming: np.ndarray, first: int = params.CHUNK, latency: dma.Latency = dma.Latency()
+    table: np.ndarray, incoming: np.ndarray, first: int = params.CHUNK, latency: dma.Latency = dma.LATENCY
 ) -> tuple[int, np.ndarray]:
     """(cycles from the job to its done, the new table int64[m]); done is later when the last job's done still waits.
 

@@ -58,6 +58,5 @@ def commands(table_n: int, in_n: int, first: int = params.CHUNK) -> list[Command
 
 
 def sort(table: np.ndarray, incoming: np.ndarray, first: int = params.CHUNK) -> np.ndarray:
-    """int64[m] the new table: table repaired chunk by chunk, merged with the sorted incoming entries, both without their
-    invalid ones."""
+    """int64[m] the new table: table repaired chunk by chunk, merged with the sorted incoming, none invalid."""
     return sorting_core.sort(table, np.sort(incoming), first)

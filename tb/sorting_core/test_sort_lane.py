@@ -20,7 +20,7 @@ def region(memory: bytearray, number: int, n: int) -> np.ndarray:
     return records.entries_from_bytes(np.frombuffer(bytes(part), np.uint8))
 
 
-async def bench(dut, latency=dma.Latency(), stall="none"):
+async def bench(dut, latency=dma.LATENCY, stall="none"):
     start_clock(dut)
     memory = bytearray(SIZE)
     ports = [AxiMemory(dut, f"m_axi_{p}", memory, *latency, stall=stall, seed=p) for p in "ab"]
@@ -49,7 +49,7 @@ def lists(random, table_n: int, in_n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @cocotb.test()
-@cocotb.parametrize(in_n=INCOMING, latency=[dma.Latency(), dma.Latency(3, 1)])
+@cocotb.parametrize(in_n=INCOMING, latency=[dma.LATENCY, dma.Latency(3, 1)])
 async def test_tables_and_cycles_equal_golden(dut, in_n, latency):
     random = np.random.default_rng(rng("lane", in_n).getrandbits(32))
     memory, ports, job, done = await bench(dut, latency)

@@ -1,0 +1,1 @@
+"""The RTL under Verilator beside the golden model."""

@@ -1,0 +1,94 @@
+"""Builds the slice as a shared library: Verilator, then the C++ compiler; kept in build/cosim by what it is made of."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+from golden import toolchain
+from golden.errors import InputError
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+TOP = "gs_slice"
+HARNESS = Path(__file__).with_name("harness.cpp")
+JOBS = 2
+VERILATOR = ("--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "--no-timing")
+SPLIT = ("--output-split", "12000", "--output-split-cfuncs", "2000")
+FAST = "-O2"  # code that runs every cycle
+SLOW = "-O0"  # code that runs once
+COMPILER = "g++"
+
+
+def sources() -> list[Path]:
+    """The RTL: every module but none of the benches'."""
+    return sorted((ROOT / "rtl").rglob("*.v"))
+
+
+def key() -> str:
+    """Changes with anything that could change the library."""
+    parts = hashlib.sha256()
+    for path in [*sources(), ROOT / "rtl" / "gs_params.vh", HARNESS, Path(__file__)]:
+        parts.update(path.name.encode() + b"\0" + path.read_bytes())
+    parts.update(version("verilator").encode())
+    return parts.hexdigest()[:16]
+
+
+def _run(command: list[str], folder: Path, environment: dict[str, str]) -> None:
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    if done.returncode:
+        log = folder / "error.txt"
+        log.write_text(done.stdout + done.stderr)
+        last = (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()
+        first = next((line for line in last if "rror" in line), last[-1])
+        raise InputError(f"building the RTL model failed in {command[0]}: {first} (all of it: {log})")
+
+
+def library(quiet: bool = False) -> Path:
+    """Path of the shared library, built when there is none for these sources; prints one line when it builds."""
+    folder = ROOT / "build" / "cosim" / key()
+    result = folder / "slice.so"
+    if result.exists():
+        return result
+    environment = {**os.environ, **toolchain.environment()}
+    if not quiet:
+        print("building the RTL model with Verilator, once for this version (about a minute) ...", file=sys.stderr)
+    start = time.monotonic()
+    work = folder.with_name(f"{folder.name}.{os.getpid()}")
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    try:
+        includes = [f"-I{ROOT / 'rtl'}", "--Mdir", str(work), "--prefix", f"V{TOP}", "--top-module", TOP]
+        rtl = [str(path) for path in sources()]
+        _run(["verilator", *VERILATOR, *SPLIT, *includes, "-CFLAGS", "-fPIC", *rtl], work, environment)
+        runtime = Path(environment["PATH"].split(os.pathsep)[0]).parent / "include"
+        # The harness waits for nothing: it is compiled beside the model.
+        flags = [FAST, "-fPIC", "-std=gnu++17", f"-I{work}", f"-I{runtime}", f"-I{runtime / 'vltstd'}"]
+        harness = [COMPILER, *flags, "-c", str(HARNESS), "-o", "harness.o"]
+        make = ["make", "-s", f"-j{JOBS}", "-f", f"V{TOP}.mk", f"OPT_FAST={FAST}", f"OPT_SLOW={SLOW}", "OPT_GLOBAL=-O1"]
+        _run(harness, work, environment)
+        _run([*make, f"libV{TOP}.a", "libverilated.a"], work, environment)
+        whole = ["-Wl,--whole-archive", f"libV{TOP}.a", "-Wl,--no-whole-archive", "libverilated.a"]
+        _run([COMPILER, "-shared", "-o", "slice.so", "harness.o", *whole, "-lpthread"], work, environment)
+        folder.mkdir(exist_ok=True)
+        with contextlib.suppress(OSError):
+            (work / "slice.so").rename(result)
+    finally:
+        if not (work / "error.txt").exists():
+            shutil.rmtree(work, ignore_errors=True)
+    if not quiet:
+        print(f"built the RTL model in {time.monotonic() - start:.0f} s", file=sys.stderr)
+    return result
+
+
+if __name__ == "__main__":
+    try:
+        print(library())
+    except InputError as error:
+        sys.exit(f"splatcore: {error}")
