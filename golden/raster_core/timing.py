@@ -10,20 +10,19 @@ import numba
 import numpy as np
 
 from golden import params
-from golden.raster_core import ellipse_setup
-from golden.raster_core import intersection_test_unit as itu
-from golden.raster_core import subtile_compute_unit as scu
+from golden.raster_core.batch_buffer import load, loaded, write_back
+from golden.raster_core.group_tester import LATENCY as TEST_LATENCY
+from golden.raster_core.group_tester import group_end
+from golden.raster_core.pixel_resolver import DELAY, RELEASE, pixel_beats
+from golden.raster_core.subtile_blender import NONE, phase_end, store_end
 
-TEST_LATENCY = 1 + ellipse_setup.LATENCY + 1 + itu.UNIT_LATENCY  # read of a geometry to its hits
-OP_DELAY = 2  # issue of an operation to the cycle in which its SCU takes it
-CHANGE = OP_DELAY + scu.LATENCY + 1  # issue of a change of the subtile to the cycle that sees it through
-PIXEL_DELAY = 7  # resolve_start to the first beat of pixels
+__all__ = ["new_state", "pixel_beats", "step", "timing"]
 
 # What `step` carries: the first cycle in which something can happen again, unless said otherwise.
 TILE = 0  # the next tile can be taken
 BANK = 1  # number of the bank to be filled, 0 or 1
 BANK_FREE = 2  # 2, 3: a bank can take entries
-WHOLE = 4  # last batch was whole (a past cycle)
+LOADED = 4  # the last batch was loaded (a past cycle)
 RECORD = 5  # last record came (a past cycle)
 TEST = 6  # a group's tests can start
 HITS = 7  # hits of the next batch can be gathered
@@ -41,36 +40,8 @@ def new_state(origin: int) -> np.ndarray:
     """State int64[STATE_N] of a core whose reset is low from cycle `origin` on."""
     state = np.full(STATE_N, origin, np.int64)
     state[BANK] = 0
-    state[[WHOLE, RECORD]] = origin - (1 << 40)
+    state[[LOADED, RECORD]] = origin - (1 << 40)
     return state
-
-
-def pixel_beats(tile_xy: np.ndarray, width: int, height: int) -> np.ndarray:
-    """[T] beats of pixels of tiles at [T, 2] origins."""
-    columns, rows = (np.minimum(params.TILE, limit - tile_xy[:, i]) for i, limit in enumerate((width, height)))
-    return rows * -(-columns // 4)
-
-
-@numba.njit(inline="always")
-def _turn(cycle, unit, origin):
-    """First cycle from `cycle` on in which a unit may issue."""
-    return cycle + ((unit - (cycle - origin)) & (params.UNITS - 1))
-
-
-@numba.njit(cache=True)
-def _phase(start, group, counts, held, origin):
-    """End of a phase that starts in cycle `start`. counts [UNITS]; held int64[UNITS]: groups, -1: none, updated."""
-    end = start + 1
-    for unit in range(params.UNITS):
-        count = np.int64(counts[unit])
-        if count > 0:
-            issue = _turn(start + 1, unit, origin)
-            change = held[unit] != group
-            held[unit] = group
-            end = max(end, issue + params.BEATS * (count + change - 1) + 1)
-            if change:
-                end = max(end, issue + CHANGE)
-    return end
 
 
 @numba.njit(cache=True)
@@ -84,7 +55,7 @@ def step(state, tile_valid, arrivals, counts, beats, latency, interval, times, b
     """
     n = len(arrivals) - 1
     origin = state[ORIGIN]
-    held = np.full(params.UNITS, -1, np.int64)
+    held = np.full(params.UNITS, NONE, np.int64)
     times[TAKEN] = max(tile_valid, state[TILE])
     fill = times[TAKEN] + 1
     for batch in range(n // params.CHUNK + 1):
@@ -94,36 +65,29 @@ def step(state, tile_valid, arrivals, counts, beats, latency, interval, times, b
 
         # Load
         fill = max(fill, state[BANK_FREE + bank])
-        record = state[RECORD]
-        for entry in range(first, first + m):
-            fill = max(fill, arrivals[entry]) + 1
-            record = max(fill + latency, record + interval)  # the request leaves one cycle behind its entry
-        state[RECORD] = record
+        fill, state[RECORD] = load(fill, arrivals[first : first + m], state[RECORD], latency, interval)
         if m < params.CHUNK:
-            fill = max(fill, arrivals[n]) + 1
-            times[END_TAKEN] = fill - 1
+            times[END_TAKEN] = max(fill, arrivals[n])
+            fill = times[END_TAKEN] + 1
             state[TILE] = fill
-        whole = max(fill, state[WHOLE] + 1)
-        if m > 0:
-            whole = max(whole, record + 1)
-        state[WHOLE] = whole
+        ready = loaded(fill, m, state[RECORD], state[LOADED])
+        state[LOADED] = ready
         state[BANK] = 1 - bank
-        loaded = whole + 1
 
         # Test and blend. A phase waits for its lists, a group's tests for the phase before the last.
         if m == 0:
-            state[TEST] = max(state[TEST], loaded) + 1
-            hits_over = max(state[HITS], loaded)
-            blended = max(state[BLEND], loaded) + 1
+            state[TEST] = max(state[TEST], ready) + 1
+            hits_over = max(state[HITS], ready)
+            blended = max(state[BLEND], ready) + 1
         else:
             hits = np.int64(0)
             for group in range(params.GROUPS):
                 lists = SET_FREE + (group & 1)
-                tests_end = max(max(state[TEST], loaded), state[lists]) + m
+                tests_end = group_end(max(max(state[TEST], ready), state[lists]), m)
                 state[TEST] = tests_end + 1
                 hits = tests_end + TEST_LATENCY
                 start = max(state[BLEND], hits + 1)
-                end = _phase(start, group, counts[batch, group], held, origin)
+                end = phase_end(start, group, counts[batch, group], held, origin)
                 state[BLEND] = end + 1
                 state[lists] = end + 1
             hits_over = hits + 1
@@ -131,21 +95,15 @@ def step(state, tile_valid, arrivals, counts, beats, latency, interval, times, b
         state[HITS] = hits_over + 1
 
         # Write back
-        read = max(hits_over + 1, state[OUT])
-        written = read + max(m, 1) + 1
-        blocks[batch, 0] = read + 2
-        blocks[batch, 1] = written
-        state[OUT] = written
-        state[BANK_FREE + bank] = max(blended, written) + 1
+        blocks[batch, 0], blocks[batch, 1] = write_back(max(hits_over + 1, state[OUT]), m)
+        state[OUT] = blocks[batch, 1]
+        state[BANK_FREE + bank] = max(blended, blocks[batch, 1]) + 1
 
     # Store and resolve
-    end = blended
-    for unit in range(params.UNITS):
-        if held[unit] >= 0:
-            end = max(end, _turn(blended, unit, origin) + CHANGE)
-    times[PX_FIRST] = end + PIXEL_DELAY
-    times[PX_LAST] = end + PIXEL_DELAY + beats - 1
-    state[BLEND] = end + beats + 2
+    end = store_end(blended, held, origin)
+    times[PX_FIRST] = end + DELAY
+    times[PX_LAST] = end + DELAY + beats - 1
+    state[BLEND] = end + beats + RELEASE
 
 
 @numba.njit(cache=True)

@@ -1,0 +1,55 @@
+"""gs_batch_buffer: a table cut into batches, and when they are loaded and written back.
+
+Cycles are named as in timing.py.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from golden import params, records
+
+
+def batches(n: int) -> list[tuple[int, int]]:
+    """(first entry, entries) of each batch of a table of n; the last one has less than CHUNK, maybe none."""
+    return [(first, min(params.CHUNK, n - first)) for first in range(0, n + 1, params.CHUNK)]
+
+
+def updated(words: np.ndarray, keys: np.ndarray, hit: np.ndarray) -> np.ndarray:
+    """[n] entries with their new keys, invalid where not hit."""
+    return records.entries(keys, records.indices_of(words)) | np.where(hit, 0, records.INVALID)
+
+
+def blocks(words: np.ndarray) -> list[tuple[int | None, int, int]]:
+    """A table's beats (word, len, last) of the block stream; the word of an empty block is None."""
+    out = []
+    for first, n in batches(len(words)):
+        last = int(n < params.CHUNK)
+        out += [(int(word), n, last) for word in words[first : first + n]] or [(None, 0, last)]
+    return out
+
+
+@numba.njit(cache=True)
+def load(fill, arrivals, record, latency, interval):
+    """(cycle behind the last beat, arrival of the last record): entries taken from cycle `fill` on, one a cycle.
+
+    A request leaves one cycle behind its entry; its record comes `latency` later, and `interval` behind the last one.
+    """
+    for arrival in arrivals:
+        fill = max(fill, arrival) + 1
+        record = max(fill + latency, record + interval)
+    return fill, record
+
+
+@numba.njit(inline="always", cache=True)
+def loaded(fill, n, record, before):
+    """Cycle from which a batch is loaded: its end is known, its records are there, and the one before is loaded."""
+    whole = max(fill, before)
+    return max(whole, record + 1) + 1 if n > 0 else whole + 1
+
+
+@numba.njit(inline="always", cache=True)
+def write_back(read, n):
+    """(first beat, last beat) of a batch whose first slot is read in cycle `read`. Behind the last it is written."""
+    return read + 2, read + max(n, 1) + 1
