@@ -21,7 +21,7 @@ class Bench:
 
     def __init__(self, dut, source_stall="none", sink_stall="none"):
         start_clock(dut)
-        self.dut = dut
+        self.network = int(dut.NETWORK.value)
         self.source = Source(dut, "in", FIELDS, source_stall)
         self.sink = Sink(dut, "out", FIELDS, sink_stall)
         Monitor(dut, "out", FIELDS)
@@ -96,12 +96,11 @@ async def test_a_sorted_group_leaves_without_more_input(dut):
 async def test_cycles_without_stalls(dut):
     bench = Bench(dut)
     await reset(dut)
-    network = int(dut.NETWORK.value)
     for n in (0, 1, 15, 16, 17, 31, 32, 33, 100, 256):
         bench.source.cycles.clear()
         bench.send(entries(n, n))
         await bench.board.finish()
-        assert bench.sink.cycles[-1] - bench.source.cycles[0] + 1 == golden.cycles(n, network)
+        assert bench.sink.cycles[-1] - bench.source.cycles[0] + 1 == golden.cycles(n, bench.network)
 
 
 @cocotb.test()
@@ -119,9 +118,26 @@ async def test_cycles_with_late_input(dut, gap):
         bench.expect(words)
         await send_at(bench.source, dut, words, arrival, zero)
         await bench.board.finish()
-        taken, sent = golden.timing(arrival, golden.steps(int(dut.NETWORK.value)))
+        taken, sent = golden.timing(arrival, golden.steps(bench.network))
         assert [c - zero for c in bench.source.cycles] == taken.tolist()
         assert [c - zero for c in bench.sink.cycles[-n - 1 :]] == sent.tolist()
+
+
+@cocotb.test()
+async def test_behind_an_end_beat_the_unit_takes_an_entry_a_cycle(dut):
+    bench = Bench(dut)
+    await reset(dut)
+    for n in (0, 1, 3, 15, 16, 18):
+        bench.source.cycles.clear()
+        bench.sink.clear()
+        bench.source.send(beats(entries(n, n)))
+        await bench.sink.wait(n + 1)
+        assert [c - bench.source.cycles[0] for c in bench.sink.cycles[-1:]] == [golden.cycles(n, bench.network) - 1]
+        bench.source.cycles.clear()
+        bench.source.send(beats([5, 4]))
+        start = cycle() + 1
+        await bench.sink.wait(n + 4)
+        assert bench.source.cycles == [start, start + 1, start + 2]
 
 
 @cocotb.test()
