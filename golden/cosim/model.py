@@ -81,7 +81,7 @@ def _align(n: int, to: int = SLOT) -> int:
 class Slice:
     """gs_slice and its memory.
 
-    Low level: fill `memory`, `start` a frame, `run` until it has ended, read `memory` and the arrays. `frame` does it all.
+    Low level: fill `memory`, `start` a frame, `run` until it has ended, read the arrays. `frame` does it all.
     latency: of the memory. seed: not 0 stalls every handshake at random; the results are the same, the cycles are not.
     """
 
