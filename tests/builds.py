@@ -152,9 +152,11 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
     count, failures = get_results(results) if results.exists() else (0, 0)
     if failed is not None or failures or not count:
         text = f"{bench.bench} {bench.label} {simulator} SEED={seed}: {failures} of {count} tests failed ({failed})"
-        for name in ("build.txt", "log.txt"):
-            if log and (folder / name).exists() and (name == "log.txt" or not results.exists()):
-                text += f"\n--- {name}\n" + (folder / name).read_text()[-6000:]
+        name = "log.txt" if results.exists() else "build.txt"
+        if log and (folder / name).exists():
+            lines = (folder / name).read_text().splitlines()
+            wrong = [line.strip() for line in lines if re.search(r"Error|%Warning|FAIL ", line)]
+            text += "\n".join(["", f"--- {name}", *wrong[:40], *([] if wrong else lines[-40:])])
         raise AssertionError(text)
     return count
 
