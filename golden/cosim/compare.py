@@ -9,11 +9,11 @@ import numpy as np
 from rich.progress import Progress
 
 from golden import dma, params
-from golden import slice as slice_model
 from golden.cosim.model import Slice, SliceFrame
 from golden.frame import Frame, Lists, Renderer, tiles_of
 from golden.job import Job
 from golden.records import indices_of
+from golden.slice import SliceTimes, frame_times, sort_jobs
 from golden.sorting_core import sorting_core
 
 
@@ -47,7 +47,7 @@ def _where(frame: Frame, offsets: np.ndarray, entry: int) -> str:
     return f"tile {tile} (pixel {x}, {y}), entry {entry - int(offsets[tile])}"
 
 
-def differences(rtl: SliceFrame, frame: Frame, expected: slice_model.Times) -> tuple[int, str | None]:
+def differences(rtl: SliceFrame, frame: Frame, expected: SliceTimes) -> tuple[int, str | None]:
     """(how many, the first in words) of everything in which RTL and golden model differ."""
     golden = frame.raster
     offsets = frame.order.offsets
@@ -81,8 +81,9 @@ def differences(rtl: SliceFrame, frame: Frame, expected: slice_model.Times) -> t
     check("subtile compute units, value", rtl.value, golden.value, pixel, int)
     check("pixel resolver, 8 bit", rtl.rgb8, golden.rgb8, pixel, int)
     check("subtile compute units, blends", rtl.blends, golden.blends, tile, int)
-    check("sorting cores, cycle of a tile's end", rtl.sorted, expected.sorted, tile, int)
-    check("slice, cycle of a tile's end", rtl.done, expected.done, tile, int)
+    if expected.exact:
+        check("sorting cores, cycle of a tile's end", rtl.sorted, expected.sorted, tile, int)
+        check("slice, cycle of a tile's end", rtl.done, expected.done, tile, int)
     return total, first
 
 
@@ -98,12 +99,23 @@ class Cosim:
         self.progress = progress
         self.task = progress.add_task("cosim", total=len(job.frames))
         self.compared = {"frames": 0, "table entries": 0, "bitmaps": 0, "pixels": 0, "cycles": 0}
+        self.cycles = 0
         self.seconds = 0.0
 
     def _table(self, frame: Frame) -> Lists:
         """The RTL's own table of each tile that is to be reused in this frame."""
         tiles = range(frame.table.offsets.size - 1)
         return Lists.join([self.tables.tile(t) if frame.table.tile(t).size else frame.table.tile(t) for t in tiles])
+
+    def _times(self, frame: Frame, first: int) -> SliceTimes:
+        """When the golden model says that every tile ends."""
+        table, incoming, order = frame.table, frame.incoming, frame.order
+        jobs, _ = sort_jobs((table.offsets, table.words), (incoming.offsets, incoming.words), first, self.latency)
+        width, height = frame.camera.width, frame.camera.height
+        tiles = tiles_of(width, height)
+        features = int(self.slice.config[5])
+        lists = (order.offsets, order.words)
+        return frame_times(jobs, lists, frame.raster, tiles, width, height, self.latency, features)
 
     def frame(self, index: int) -> Result:
         """Render and compare the frame of camera `index`."""
@@ -127,21 +139,22 @@ class Cosim:
         )
         self.seconds += time.perf_counter() - begin
         self.progress.update(self.task, completed=index + 1)
-        expected = slice_model.times(frame, first, self.latency)
+        expected = self._times(frame, first)
         mismatches, difference = differences(rtl, frame, expected)
         self.tables = Lists(rtl.offsets, rtl.words)
         self.compared["frames"] += 1
         self.compared["table entries"] += rtl.words.size
         self.compared["bitmaps"] += rtl.bitmaps.size
         self.compared["pixels"] += rtl.value.shape[0] * rtl.value.shape[1]
-        self.compared["cycles"] += rtl.cycles
+        self.compared["cycles"] += rtl.cycles if expected.exact else 0
+        self.cycles += rtl.cycles
         image = (rtl.value * 2.0**-params.ACC_F).astype(np.float32)
         return Result(image, frame.counters, _cycles(rtl), mismatches, difference)
 
     def summary(self) -> str:
         """The last line: what was compared, and how fast the RTL ran."""
         counts = ", ".join(f"{value:,} {name}" for name, value in self.compared.items())
-        return f"0 differences in {counts}; RTL at {self.compared['cycles'] / self.seconds:,.0f} cycles a second"
+        return f"0 differences in {counts}; RTL at {self.cycles / self.seconds:,.0f} cycles a second"
 
 
 def _cycles(rtl: SliceFrame) -> dict:
