@@ -1,8 +1,8 @@
 """Proves rule 2 of the streams: what a module offers on an output stream holds until the beat moves.
 
 The streams come from the ports: NAMEvalid and NAMEready with the fields NAME*, of valid's direction. Inputs are assumed
-to keep the same rule, memories give any word, the first cycle is a reset. The proof is property directed reachability
-(ABC, inside Yosys).
+to keep the same rule, memories and products are any number, the first cycle is a reset. The proof is property directed
+reachability (ABC, inside Yosys).
 
 python -m tests.formal gs_skid [--set WIDTH=8]
 """
@@ -110,7 +110,8 @@ def prove(module: str, setting: Setting, folder: Path, files: list[Path] | None 
     (ports,) = [m["ports"] for m in modules.values() if int(m["attributes"].get("top", "0"), 2)]
     (folder / "proof.v").write_text(harness(module, setting, ports))
     contract = f"read_verilog -formal tb/formal/stream_contract.v {place}/proof.v"
-    model = [*read, contract, "hierarchy -check -top proof", "proc", "flatten", "memory_map", "opt -full"]
+    model = [*read, contract, "hierarchy -check -top proof", "proc", "flatten", "cutpoint t:$mul"]
+    model += ["memory_map", "opt -full"]
     model += ["chformal -lower", "opt_clean", "select -assert-min 1 t:$assert"]
     # ABC reads the model itself, so the design that its pass is called on does not matter
     (folder / "one.v").write_text("module one(input a, b, output y); assign y = a & b; endmodule\n")

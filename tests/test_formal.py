@@ -2,7 +2,7 @@
 
 import pytest
 
-from tb.formal.settings import SETTINGS, Setting
+from tb.formal.settings import LEFT_OUT, SETTINGS, Setting
 from tests import builds, formal
 from tests.builds import ROOT
 
@@ -11,6 +11,8 @@ MODULES = [name for name, path in builds.modules().items() if ROOT / "rtl" in pa
 
 @pytest.mark.parametrize("module", [name for name in MODULES if formal.output_streams(name)])
 def test_output_streams_hold_their_beats(module):
+    if module in LEFT_OUT:
+        pytest.skip(f"too large to prove in one piece: {LEFT_OUT[module]}")
     problem = formal.prove(module, SETTINGS.get(module, Setting()), ROOT / "build" / "formal" / module)
     assert not problem, problem
 
