@@ -58,3 +58,14 @@ async def run(
         if dut.out_valid.value:
             found.append((cycle, tuple(int(signal.value) for signal in outputs)))
     return found
+
+
+async def reset_full(dut, cycles: int = 10) -> None:
+    """Reset for one cycle a pipeline that is full of beats: from then on nothing comes out."""
+    edge = RisingEdge(dut.clk)
+    dut.in_valid.value, dut.rst.value = 0, 1
+    await edge
+    dut.rst.value = 0
+    for cycle in range(cycles):
+        await edge
+        assert dut.out_valid.value == 0, f"a beat {cycle + 1} cycles behind the reset"

@@ -91,11 +91,25 @@ async def test_the_limit_is_exact(dut):
 
 
 @cocotb.test()
+async def test_distances_next_to_a_whole_code_truncate_alike_on_both_sides(dut):
+    generator = await bench(dut, "whole")
+    beats = []
+    for k in (1, 2, 3, 777, 2895, 2896, 4094, 4095, 4096):
+        for delta in (-1, 0, 1):
+            step = (k << itu.NARROW) + delta
+            for sign in (-1, 1):
+                for square in ((k - 1) ** 2, k * k - 1, k * k):
+                    limit = min(square, (1 << (2 * params.ITU_W - 1)) - 1)
+                    beats += [(sign * step, 0, 0, 0, 0, limit), (0, sign * step, 0, 0, 0, limit)]
+    hits = await check(dut, beats, generator)
+    assert 0 < sum(hits) < len(hits)
+
+
+@cocotb.test()
 async def test_gaps_and_reset(dut):
     generator = await bench(dut, "gaps")
     beats = seen("mixed", 300, seed=10)
     await check(dut, [beat if generator.random() < 0.5 else None for beat in beats], generator)
     await pipe.run(dut, FIELDS, beats[:9], ("hit",), 0, generator)
-    dut.in_valid.value = 0
-    await reset(dut, cycles=1)
-    await check(dut, [None] * 8 + beats[:20], generator)
+    await pipe.reset_full(dut)
+    await check(dut, beats[:20], generator)

@@ -10,6 +10,7 @@ from tb.lib.pipe import code, unknown
 from tb.lib.stream import reset, rng, start_clock
 
 TOP = "gs_power_unit"
+ORIGIN = (640, 320)
 FIELDS = ("mean_x", "mean_y", "a", "b", "c", "opacity", "x0", "y0")
 
 
@@ -43,7 +44,7 @@ async def check(dut, beats, gaps, generator) -> None:
 
 
 def seen(kind: str, n: int, seed: int) -> list[tuple[int, ...]]:
-    return [(*(int(v) for v in row[:6]), 640, 320) for row in gaussians(n, seed, 640, 320, kind)]
+    return [(*(int(v) for v in row[:6]), *ORIGIN) for row in gaussians(n, seed, *ORIGIN, kind)]
 
 
 @cocotb.test()
@@ -53,6 +54,27 @@ async def test_all_pixels_back_to_back(dut, kind):
     dut.in_valid.value = 0
     await reset(dut)
     await check(dut, seen(kind, 300, seed=11), [0] * 300, rng("power", kind))
+
+
+def next_to_saturation() -> list[tuple[int, ...]]:
+    """u or v of the first pixel within some codes of -4 and 4, where |u| rounds to the end of UQ2.DIST_F."""
+    beats = []
+    for near in range(-24, 25):
+        step = (1 << params.CHOL_F) + near
+        for distance in (-4, 4):
+            x, y = (((at - distance) << params.MEAN_F) + 512 for at in ORIGIN)
+            middle = ((ORIGIN[0] + 4) << params.MEAN_F) + 512
+            beats += [(x, y, step, 0, 0, 0, *ORIGIN), (middle, y, 0, 0, step, 0, *ORIGIN)]
+    return beats
+
+
+@cocotb.test()
+async def test_both_sides_of_the_saturation(dut):
+    start_clock(dut)
+    dut.in_valid.value = 0
+    await reset(dut)
+    beats = next_to_saturation()
+    await check(dut, beats, [0] * len(beats), rng("power saturation"))
 
 
 @cocotb.test()
