@@ -106,6 +106,6 @@ SETTINGS = {
 LEFT_OUT = {
     "gs_pixel_resolver": "px is the output of a gs_skid",
     "gs_raster_core": "feat_req and upd are those of gs_batch_buffer, px is that of gs_pixel_resolver",
-    "gs_raster_lane": "its streams are those of the raster core and of the gs_axi units",
+    "gs_raster_lane": "done joins those of both writers, the other streams are those of the gs_axi units",
     "gs_slice": "its streams are those of the sort lanes and of the raster lane",
 }
