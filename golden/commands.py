@@ -80,10 +80,10 @@ def _truth(job: Job, index: int) -> np.ndarray:
 
 def render(args: argparse.Namespace) -> int:
     """`splatcore render`: pictures, no comparison with the oracle (it has its own --model)."""
-    if args.model == "rtl":
-        return cosim(args)
     if args.out is None:
         raise InputError("render: wants -o DIR for its pictures")
+    if args.model == "rtl":
+        return cosim(args)
     job = prepare(args)
     _threads(args)
     output = Output(args.out, {**job.head, "model": args.model})
