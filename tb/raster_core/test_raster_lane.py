@@ -1,0 +1,90 @@
+"""gs_raster_lane: tables in memory become pixels and updated tables in memory, in golden's cycles."""
+
+from itertools import pairwise
+
+import cocotb
+import numpy as np
+
+from golden import dma, records
+from golden.raster_core import raster_lane, timing
+from golden.raster_core.raster_core import rasterise
+from tb.lib.axi import AxiMemory
+from tb.lib.stream import Monitor, Sink, Source, cycle, reset, start_clock
+from tb.raster_core.scenes import record_words, scene, tiles
+
+TOP = "gs_raster_lane"
+SIMULATORS = ("verilator",)
+SLOW = True
+START = ("column", "row", "line", "n")
+BACKGROUND = (100, 512, 1023)
+WIDTH, HEIGHT, COUNT = 70, 66, 200
+FEATURES, PICTURE, STRIDE, TABLES, REGION = 0x0, 0x4000, 320, 0x10000, 0x2000
+SIZE = 0x40000
+
+
+async def run(dut, lengths: list[int], latency: dma.Latency = dma.LATENCY, stall: str = "none", seed: int = 0) -> None:
+    """Tiles of the picture, over and over, with tables of these lengths; compares memory, and cycles without stalls."""
+    start_clock(dut)
+    features = scene(COUNT, WIDTH, HEIGHT, seed=seed)
+    memory = bytearray(SIZE)
+    for index, word in enumerate(record_words(features)):
+        memory[24 * index : 24 * index + 24] = word.to_bytes(24, "little")
+    ports = [AxiMemory(dut, f"m_axi_{n}", memory, *latency, stall=stall) for n in ("table", "feature", "pixel")]
+    dut.cfg_width.value, dut.cfg_height.value = WIDTH, HEIGHT
+    dut.cfg_bg_red.value, dut.cfg_bg_green.value, dut.cfg_bg_blue.value = BACKGROUND
+    dut.cfg_feature_addr.value, dut.cfg_frame_addr.value, dut.cfg_frame_stride.value = FEATURES, PICTURE, STRIDE
+    start, done = Source(dut, "start", START, stall=stall), Sink(dut, "done", ("n",), stall=stall)
+    Monitor(dut, "done", ("n",))
+    await reset(dut)
+    origin = cycle()
+
+    random = np.random.default_rng(seed)
+    origins = np.array([tiles(WIDTH, HEIGHT)[t % 4] for t in range(len(lengths))])
+    offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+    words = records.entries(np.zeros(offsets[-1], np.int64), random.integers(0, COUNT, offsets[-1]))
+    parts = [slice(a, b) for a, b in pairwise(offsets)]
+    for t, part in enumerate(parts):
+        at = TABLES + REGION * t
+        memory[at : at + 6 * lengths[t]] = records.entry_bytes(words[part]).tobytes()
+        start.send([(int(origins[t, 0]) // 64, int(origins[t, 1]) // 64, at // 8, lengths[t])])
+    await done.wait(len(lengths), timeout_cycles=300_000)
+
+    want = rasterise((offsets, words), features, origins, WIDTH, HEIGHT, BACKGROUND)
+    assert [n for (n,) in done.beats] == lengths
+    for t, part in enumerate(parts):
+        at = TABLES + REGION * t
+        got = records.entries_from_bytes(np.frombuffer(bytes(memory[at : at + 6 * lengths[t]]), np.uint8))
+        assert np.array_equal(got, want.words_out[part]), t
+    rows = np.frombuffer(bytes(memory[PICTURE : PICTURE + STRIDE * HEIGHT]), np.uint8).reshape(HEIGHT, STRIDE)
+    assert np.array_equal(rows[:, : 4 * WIDTH].reshape(HEIGHT, WIDTH, 4)[:, :, :3], want.rgb8)
+    assert all(port.idle() for port in ports) and dut.error.value == 0
+
+    if stall == "none":
+        assert raster_lane.exact(records.indices_of(words))
+        beats = timing.pixel_beats(origins, WIDTH, HEIGHT)
+        state, times = raster_lane.new_state(origin), np.zeros(raster_lane.TIMES_N, np.int64)
+        offered = origin + 1
+        for t, n in enumerate(lengths):
+            counts = want.counts[want.batch_offsets[t] : want.batch_offsets[t + 1]]
+            raster_lane.step(state, offered, n, counts, beats[t], *latency, times)
+            assert start.cycles[t] == times[raster_lane.START], t
+            assert done.cycles[t] == times[raster_lane.DONE], t
+            offered = times[raster_lane.START] + 1
+
+
+@cocotb.test()
+@cocotb.parametrize(latency=[dma.LATENCY, dma.Latency(1, 1), dma.Latency(200, 300)])
+async def test_tables_pixels_and_cycles_equal_golden(dut, latency):
+    await run(dut, [3, 256, 0, 1, 130, 257, 0, 0, 16], latency)
+
+
+@cocotb.test()
+async def test_many_empty_tiles_wait_for_their_responses(dut):
+    """More tiles than may lie between start and done, each faster than the memory answers."""
+    await run(dut, [0] * 20, dma.Latency(1, 3000))
+
+
+@cocotb.test()
+@cocotb.parametrize(stall=["random", "burst"])
+async def test_stalls_change_no_entry_and_no_pixel(dut, stall):
+    await run(dut, [3, 256, 0, 1, 60], stall=stall)
