@@ -1,5 +1,7 @@
 """gs_sorting_core: both commands against golden, in data and in cycles."""
 
+from itertools import chain, repeat
+
 import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
@@ -160,6 +162,17 @@ async def test_merge_crosses_the_borders_of_chunks(dut):
 
 
 @cocotb.test()
+@cocotb.parametrize(n_b=[0, 1, 2, 3])
+async def test_the_end_of_a_chunk_waits_for_the_sink(dut, n_b):
+    bench = Bench(dut)
+    held = 10 * C  # cycles; the block buffer takes C + 1 entries meanwhile, the MSU+ holds the next
+    bench.out.go = chain(repeat(False, held), repeat(True))
+    await reset(dut)
+    bench.send(np.arange(600, 0, -1), np.arange(n_b))
+    await bench.board.finish()
+
+
+@cocotb.test()
 async def test_a_list_that_waits_for_its_predecessor_delays_the_next_command(dut):
     bench = Bench(dut)
     await reset(dut)
@@ -212,5 +225,12 @@ async def test_reset_in_flight_forgets_everything(dut):
             source.clear()
         await reset(dut)
         bench.clear()
+        bench.a.send(beats(()))
+        for _ in range(10):
+            await RisingEdge(dut.clk)
+        assert not bench.a.cycles, "a beat without a command"
+        bench.cmd.send([(SORT, C)])
+        bench.b.send(beats(()))
+        bench.board.expect(blocks((), C))
         bench.send(table(40, "random", wait), np.sort(entries(5, wait)), SORT, C // 2)
         await bench.board.finish()
