@@ -16,7 +16,7 @@ def _key(default, unit: str, valid: str, text: str):
 class Settings:
     """Values in the units that `splatcore info --keys` prints."""
 
-    background: str = _key("0,0,0", "0..1 each", "R,G,B", "colour behind everything")
+    background: str = _key("0,0,0", "R,G,B", "0..1 each", "colour behind everything")
     antialias: str = _key("auto", "", "auto|on|off", "opacity compensation; auto does what the scene file asks for")
     capacity: int = _key(1 << 20, "entries", "256..1048576", "longest table of a tile; a longer one keeps the nearest")
     cut_share: float = _key(0.5, "", "0..1", "share of incoming entries above which a frame is sorted from scratch")
