@@ -3,7 +3,7 @@
 //   one entry a cycle in and out; feat_ready is always high; entry_ready and tile_ready are registers' functions only
 //
 //   A batch passes these marks, each a bit per bank: closed (its entries are known), loaded (its records are here),
-//   issued (all its tests have begun), tested (all have ended), blended, written. Blended and written free the bank.
+//   issued (all its tests have begun), tested (all have ended), blended, written. All of them free the bank.
 
 `default_nettype none
 `include "gs_params.vh"
@@ -269,7 +269,7 @@ module gs_batch_buffer #(
     );
 
     // The marks
-    wire [1:0] free = blended & written;
+    wire [1:0] free = issued & blended & written;
     always @(posedge clk) begin
         if (close)       closed[fill_bank]   <= 1'b1;
         if (whole)       loaded[record_bank] <= 1'b1;

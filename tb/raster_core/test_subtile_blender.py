@@ -1,0 +1,175 @@
+"""gs_subtile_blender with lists, features and a resolver made of Python: pixels, phases and their cycles."""
+
+import cocotb
+import numpy as np
+from cocotb.triggers import RisingEdge
+
+from golden import params
+from golden.raster_core import subtile_blender as golden
+from golden.raster_core import subtile_compute_unit as scu
+from tb.lib.stream import cycle, reset, rng, start_clock
+from tb.raster_core.scenes import record_words, scene, walls
+
+TOP = "gs_subtile_blender"
+SLOT_W = (params.CHUNK - 1).bit_length()
+FEATURE_W = params.GEOMETRY_W + 3 * params.COLOUR_W
+WORD_W = params.LANES * scu.STATE_W
+UNITS = params.UNITS
+
+
+class Bench:
+    """The buffer, tester and resolver around the blender, and the golden state of a tile."""
+
+    def __init__(self, dut, features, size) -> None:
+        self.dut, self.features, self.size, self.edge = dut, features, size, RisingEdge(dut.clk)
+        self.words = [word & (1 << FEATURE_W) - 1 for word in record_words(features)]
+        self.columns = features.mean, features.chol, features.opacity, features.colour
+        self.slots: list[int] = []  # Gaussian in each slot of the batch
+        self.lists: list[list[int]] = [[]] * UNITS
+        self.shown: tuple = ([], [[]] * UNITS)  # slots and lists as the memories hold them
+        self.blends = 0
+        for name in ("blend_valid", "list_valid", "resolve_done", "pixel_en"):
+            getattr(dut, name).value = 0
+        cocotb.start_soon(self.memories())
+
+    async def memories(self) -> None:
+        """Lists and features, one cycle behind their addresses; counts what blends."""
+        dut = self.dut
+        while True:
+            await self.edge
+            if dut.rst.value:
+                continue
+            reading = int(dut.list_en.value)
+            assert reading & (reading - 1) == 0, "two units read in one cycle"
+            if dut.feature_en.value:
+                dut.feature.value = self.words[self.shown[0][int(dut.feature_slot.value)]]
+            for unit in range(UNITS):
+                if reading >> unit & 1:
+                    pos = int(dut.list_pos.value) >> unit * SLOT_W & (1 << SLOT_W) - 1
+                    dut.list_slot.value = self.shown[1][unit][pos] << unit * SLOT_W
+            self.shown = self.slots, self.lists
+            valid = int(dut.trace_valid.value)
+            for unit in range(UNITS):
+                if valid >> unit & 1:
+                    lanes = int(dut.trace_blend.value) >> unit * params.LANES & (1 << params.LANES) - 1
+                    self.blends += lanes.bit_count()
+
+    async def seen(self, signal) -> int:
+        """The next cycle in which the signal is high."""
+        while True:
+            await self.edge
+            if signal.value:
+                return cycle()
+
+    async def tile(self, x0: int, y0: int, batches: list, origin: int, free: int) -> int:
+        """One tile; batches: (Gaussians of the slots, lists [GROUPS][UNITS] of slots). The cycle of resolve_start."""
+        dut = self.dut
+        state = np.empty((params.SUBTILES, 4, scu.PIXELS), np.int32)
+        golden.fresh_tile(state, x0, y0, *self.size)
+        held, timed = np.full(UNITS, golden.NONE, np.int64), np.full(UNITS, golden.NONE, np.int64)
+        known_done = np.zeros(params.SUBTILES, np.bool_)
+        blends = 0
+        self.blends = 0
+        end = free - 1
+        for at, (slots, lists) in enumerate(batches):
+            self.slots = slots
+            dut.blend_valid.value, dut.blend_n.value, dut.blend_last.value = 1, len(slots), at == len(batches) - 1
+            dut.blend_x.value, dut.blend_y.value = x0, y0
+            for group in range(params.GROUPS if slots else 0):
+                self.lists = lists[group]
+                dut.list_valid.value = 1
+                dut.list_count.value = sum(len(one) << s * (SLOT_W + 1) for s, one in enumerate(self.lists))
+                start = max(end + 1, cycle() + 1)
+                counts = []
+                for unit, one in enumerate(self.lists):
+                    hits = np.array([slots[slot] for slot in one], np.int64)
+                    subtile = group * UNITS + unit
+                    worked, blended = golden.blend_subtile(
+                        state, subtile, x0, y0, hits, *self.columns, held, known_done
+                    )
+                    counts.append(worked)
+                    blends += blended
+                end = golden.phase_end(start, group, np.array(counts), timed, origin)
+                assert await self.seen(dut.list_done) == end, f"batch {at} group {group}"
+                assert bool(dut.blend_done.value) == (group == params.GROUPS - 1)
+                dut.list_valid.value = 0
+            if not slots:
+                end = await self.seen(dut.blend_done)
+            dut.blend_valid.value = 0
+        end = golden.store_end(end + 1, held, origin)
+        assert await self.seen(dut.resolve_start) == end
+        assert (int(dut.resolve_x.value), int(dut.resolve_y.value)) == (x0, y0)
+        await self.compare(state, x0, y0)
+        assert self.blends == blends
+        return end
+
+    async def compare(self, state, x0: int, y0: int) -> None:
+        """Reads the pixel buffers as the resolver does, and frees them."""
+        dut = self.dut
+        touched = int(dut.touched.value)
+        dead = state[:, 0] == golden.DEAD_T
+        for group in range(params.GROUPS):
+            for beat in range(params.BEATS):
+                dut.pixel_en.value, dut.pixel_addr.value = 1, group * params.BEATS + beat
+                await self.edge
+                dut.pixel_en.value = 0
+                await self.edge
+                words = dut.pixel_words.value
+                for unit in range(UNITS):
+                    subtile = group * UNITS + unit
+                    lanes = slice(beat * params.LANES, (beat + 1) * params.LANES)
+                    if touched >> unit * params.GROUPS + group & 1:
+                        word = int(words[unit * WORD_W + WORD_W - 1 : unit * WORD_W])
+                        t, acc, done = (field[..., : params.LANES] for field in scu.unpack([word] * params.BEATS))
+                        live = ~dead[subtile, lanes]
+                        np.testing.assert_array_equal(t[live], state[subtile, 0, lanes][live])
+                        np.testing.assert_array_equal(acc[:, live], state[subtile, 1:, lanes][:, live])
+                        stopped = state[subtile, 0, lanes] < params.T_STOP
+                        np.testing.assert_array_equal(done.astype(bool), stopped)
+                    else:
+                        assert (state[subtile, 1:, lanes] == 0).all()
+        dut.resolve_done.value = 1
+        await self.edge
+        dut.resolve_done.value = 0
+
+
+def random_batch(generator, features, n: int, share: float) -> tuple[list[int], list]:
+    """n slots, each listed by a unit of a group with this probability, whether it touches the subtile or not."""
+    slots = [generator.randrange(len(features.opacity)) for _ in range(n)]
+    groups = range(params.GROUPS)
+    return slots, [[[k for k in range(n) if generator.random() < share] for _ in range(UNITS)] for _ in groups]
+
+
+async def prepare(dut, features, size) -> tuple[Bench, int]:
+    start_clock(dut)
+    dut.cfg_width.value, dut.cfg_height.value = size
+    bench = Bench(dut, features, size)
+    await reset(dut)
+    return bench, cycle()
+
+
+@cocotb.test(timeout_time=500_000, timeout_unit="step")
+async def test_random_lists_over_several_tiles(dut):
+    """Sparse lists, so that units keep a subtile over groups; a tile without an entry; one of a single entry."""
+    generator = rng("lists")
+    features = scene(40, 64, 64, seed=1, sigma=6.0)
+    bench, origin = await prepare(dut, features, (64, 64))
+    batches = [random_batch(generator, features, n, share) for n, share in ((30, 0.1), (12, 0.05), (2, 0.2))]
+    await bench.tile(0, 0, batches, origin, origin + 1)
+    await bench.tile(0, 0, [([], [])], origin, 0)
+    await bench.tile(0, 0, [random_batch(generator, features, 1, 0.5)], origin, 0)
+
+
+@cocotb.test(timeout_time=500_000, timeout_unit="step")
+async def test_done_subtiles_sit_out_until_the_tile_ends(dut):
+    """Walls finish every subtile; the partial ones too, whose dead pixels count as done."""
+    features = walls(10)
+    size = (61, 35)
+    bench, origin = await prepare(dut, features, size)
+    inside = range((35 + 7) // 8 * 2)
+    lists = [[list(range(10)) if group in inside else []] * UNITS for group in range(params.GROUPS)]
+    batch = list(range(10)), lists
+    free = origin + 1
+    for _ in range(2):
+        await bench.tile(0, 0, [batch, batch, batch], origin, free)
+        free = 0
