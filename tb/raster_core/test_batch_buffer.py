@@ -40,7 +40,6 @@ class Bench:
                 self.batches.append((tile, indices[at : at + m].tolist(), hit, m < params.CHUNK))
             first += length
         self.tile_xy = [(64 * t, 4096 - 64 * t) for t in range(len(lengths))]
-        self.loaded: list[int] = []  # first cycle of each test_valid
         self.tested: list[int] = []  # cycle of the last hit of each batch
         dut.test_issued.value = dut.hit_valid.value = dut.blend_done.value = 0
         dut.geometry_en.value = dut.feature_en.value = 0
@@ -68,7 +67,6 @@ class Bench:
         dut = self.dut
         for tile, indices, hit, _ in self.batches:
             await self.valid(dut.test_valid, patience)
-            self.loaded.append(cycle())
             n = len(indices)
             assert (int(dut.test_n.value), int(dut.test_x.value), int(dut.test_y.value)) == (n, *self.tile_xy[tile])
             for slot in range(n):
