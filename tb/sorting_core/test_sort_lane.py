@@ -9,6 +9,7 @@ from tb.lib.axi import AxiMemory
 from tb.lib.stream import Sink, Source, reset, rng, start_clock
 
 TOP = "gs_sort_lane"
+SLOW = True
 JOB = ("table_addr", "table_n", "in_addr", "in_n", "scratch_addr", "out_addr", "first")
 SIZE = 1 << 16
 REGION = SIZE // 4
