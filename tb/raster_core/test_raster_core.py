@@ -157,7 +157,7 @@ async def run(
 
     want = [beat for b, e in pairwise(offsets) for beat in batch_buffer.blocks(result.words_out[b:e])]
     pixel_beats = timing.pixel_beats(tile_xy, width, height)
-    limit = 40_000 + 60 * n + 40 * int(result.scu_ops.sum()) + 40 * int(pixel_beats.sum())
+    limit = (1 if timed else 10) * (10_000 + 40 * n + 6 * int(result.scu_ops.sum() + pixel_beats.sum()))
     await upd.wait(len(want), timeout_cycles=limit)
     await px.wait(int(pixel_beats.sum()), timeout_cycles=limit)
     for _ in range(50):
