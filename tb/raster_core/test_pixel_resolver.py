@@ -61,6 +61,8 @@ async def serve(dut, buffers: dict, done: list) -> None:
     edge = RisingEdge(dut.clk)
     while True:
         await edge
+        if dut.rst.value:
+            continue
         if dut.resolve_done.value:
             done.append(cycle())
         if dut.pixel_en.value:
