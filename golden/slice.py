@@ -52,9 +52,7 @@ def _frame(job, n, batch_offsets, counts, beats, read, write, state, accepted, r
         ready[t] = accepted[t] + job[t]
         if t >= cores:
             ready[t] = max(ready[t], started[t - cores] + 1)
-        start = max(ready[t], accepted[t] + QUEUE)
-        if t:
-            start = max(start, started[t - 1] + 1)
+        start = max(ready[t], accepted[t] + QUEUE)  # the lane takes it behind the last one in any case
         part = counts[batch_offsets[t] : batch_offsets[t + 1]]
         raster_lane.step(state, start, n[t], part, beats[t], read, write, times)
         started[t] = times[raster_lane.START]

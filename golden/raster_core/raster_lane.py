@@ -20,8 +20,7 @@ RECORD_INTERVAL = params.RECORD_BYTES // dma.BEAT
 
 # State of the lane, behind that of the core
 LIST_FREE = timing.STATE_N  # the list reader takes a command
-LAST_DONE = LIST_FREE + 1  # done beat of the last tile (a past cycle)
-DONES = LAST_DONE + 1  # done beats of the last TILES tiles, in a ring
+DONES = LIST_FREE + 1  # done beats of the last TILES tiles, in a ring
 COUNT = DONES + TILES  # tiles so far
 STATE_N = COUNT + 1
 
@@ -45,7 +44,7 @@ def step(state, start, n, counts, beats, read, write, times):
     Fills times int64[TIMES_N].
 
     The core and the list reader take the tile each as soon as it can; the later of them ends the start (START). Done is
-    one cycle behind the later of the last responses, in the order of the tiles.
+    one cycle behind the later of the last responses; those of the tile before come earlier.
     """
     ring = DONES + state[COUNT] % TILES
     offered = max(start, state[ring] + 1)
@@ -63,8 +62,7 @@ def step(state, start, n, counts, beats, read, write, times):
     times[START] = max(listed, core[timing.TAKEN])
     times[PX_FIRST] = core[timing.PX_FIRST]
     times[PX_LAST] = core[timing.PX_LAST]
-    times[DONE] = max(answered, state[LAST_DONE] + 1)
-    state[LAST_DONE] = times[DONE]
+    times[DONE] = answered
     state[ring] = times[DONE]
     state[COUNT] += 1
 
