@@ -46,9 +46,16 @@ def entries_from_bytes(data: np.ndarray) -> np.ndarray:
     return wide.view("<i8").ravel().astype(np.int64)
 
 
-def record_bytes(fields: dict[str, np.ndarray]) -> np.ndarray:
-    """Field name -> [n] integer codes (RECORD_FIELDS of params.py) to [n, 24] uint8, little endian."""
-    n = len(next(iter(fields.values())))
+def columns(features) -> dict[str, np.ndarray]:
+    """Field name (RECORD_FIELDS of params.py) -> [n] codes of features.mean, .chol, .opacity, .colour and .key."""
+    values = (*features.mean.T, *features.chol.T, features.opacity, *features.colour.T, features.key)
+    return dict(zip((name for name, _ in params.RECORD_FIELDS), values))
+
+
+def record_bytes(features) -> np.ndarray:
+    """Codes of n Gaussians (see `columns`) to their records: [n, 24] uint8, little endian."""
+    fields = columns(features)
+    n = len(features.opacity)
     words = np.zeros((n, params.RECORD_W // 64), np.uint64)
     for name, (low, width) in params.record_offsets().items():
         code = fields[name].astype(np.int64).astype(np.uint64) & np.uint64((1 << width) - 1)

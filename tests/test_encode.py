@@ -47,11 +47,11 @@ def test_codes_are_within_half_a_step_of_the_conic():
 
 def test_records_hold_what_was_encoded():
     f = encode(project(random_scene(500, 22), tilted()))
-    raw = records.record_bytes(f.fields())
+    raw = records.record_bytes(f)
     for i in np.flatnonzero(f.visible)[:50]:
         word = int.from_bytes(raw[i].tobytes(), "little")
         for name, (low, width) in params.record_offsets().items():
-            code = int(f.fields()[name][i])
+            code = int(records.columns(f)[name][i])
             assert (word >> low) & ((1 << width) - 1) == code & ((1 << width) - 1), name
             signed = name in ("mean_x", "mean_y", "chol_b")
             assert (-(1 << width - 1) <= code < 1 << width - 1) if signed else (0 <= code < 1 << width)

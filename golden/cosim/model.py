@@ -177,11 +177,7 @@ class Slice:
 
     def _load(self, features, table, incoming, tile_xy, width, height, background, first):
         """Places a frame in memory, which grows when it has to; returns (config, tiles) for `start`."""
-        named = {"mean_x": features.mean[:, 0], "mean_y": features.mean[:, 1], "opacity": features.opacity}
-        named |= {f"chol_{name}": features.chol[:, k] for k, name in enumerate("abc")}
-        named |= {name: features.colour[:, k] for k, name in enumerate(("red", "green", "blue"))}
-        named["key"] = features.key
-        data = records.record_bytes({name: np.asarray(column) for name, column in named.items()}).ravel()
+        data = records.record_bytes(features).ravel()
         (table_at, table_words), (in_at, in_words) = table, incoming
         table_n, in_n = np.diff(table_at), np.diff(in_at)
         stride = _align(4 * width, SLOT)

@@ -37,11 +37,6 @@ class Features:
     visible: np.ndarray  # [N] bool
     counters: dict[str, int] = field(default_factory=dict)  # culled_range, clamped_colour, clamped_depth
 
-    def fields(self) -> dict[str, np.ndarray]:
-        """Field name -> [N] codes, as records.record_bytes takes them."""
-        columns = (*self.mean.T, *self.chol.T, self.opacity, *self.colour.T, self.key)
-        return dict(zip((name for name, _ in params.RECORD_FIELDS), columns))
-
 
 def encode(projection: Projection) -> Features:
     """Codes of every visible Gaussian; all roundings half_up.

@@ -56,12 +56,4 @@ def every_entry(features: SimpleNamespace, tile_n: int) -> tuple[np.ndarray, np.
 
 def record_words(features: SimpleNamespace) -> list[int]:
     """Feature records as the memory holds them."""
-    columns = {
-        "mean_x": features.mean[:, 0],
-        "mean_y": features.mean[:, 1],
-        **{f"chol_{name}": features.chol[:, i] for i, name in enumerate("abc")},
-        "opacity": features.opacity,
-        **{name: features.colour[:, i] for i, name in enumerate(("red", "green", "blue"))},
-        "key": features.key,
-    }
-    return [int.from_bytes(row.tobytes(), "little") for row in records.record_bytes(columns)]
+    return [int.from_bytes(row.tobytes(), "little") for row in records.record_bytes(features)]
