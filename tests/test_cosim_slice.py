@@ -11,6 +11,7 @@ from golden.raster_core.raster_core import rasterise
 from golden.slice import frame_times, sort_jobs
 from golden.sorting_core import sort_sequencer, sorting_core
 
+pytestmark = pytest.mark.slow  # builds the RTL model: a minute where it is not there yet
 BACKGROUND = (100, 2000, 1024)
 
 

@@ -6,6 +6,7 @@ from tb.formal.settings import LEFT_OUT, SETTINGS, Setting
 from tests import builds, formal
 from tests.builds import ROOT
 
+pytestmark = pytest.mark.slow
 MODULES = [name for name, path in builds.modules().items() if ROOT / "rtl" in path.parents]
 
 

@@ -10,7 +10,7 @@ from tests import builds
 def cases():
     for bench in builds.discover():
         for simulator in bench.simulators:
-            marks = [pytest.mark.slow] if bench.slow else []
+            marks = [pytest.mark.slow] if bench.slow or simulator == "icarus" else []
             yield pytest.param(bench, simulator, id=f"{bench.bench}-{bench.label}-{simulator}", marks=marks)
 
 
@@ -21,6 +21,7 @@ def test_bench(bench, simulator):
     assert builds.run(bench, simulator) > 0
 
 
+@pytest.mark.slow
 def test_a_failing_bench_fails(tmp_path, monkeypatch):
     """The runner itself: a module that loses every second beat must not pass."""
     source = (builds.ROOT / "rtl" / "common" / "gs_skid.v").read_text()

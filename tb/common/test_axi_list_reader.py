@@ -8,6 +8,7 @@ from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_list_reader"
+SLOW = True
 LENGTHS = (0, 1, 2, 3, 4, 5, 0, 0, 255, 256, 257, 341, 342, 700, 1)
 SIZE = 1 << 16
 

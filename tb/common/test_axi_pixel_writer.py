@@ -8,6 +8,7 @@ from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_pixel_writer"
+SLOW = True
 SIZE = 1 << 17
 # width, height, stride, address: whole tiles; a corner of 2 x 6 pixels; rows across 4 KB borders; one pixel
 PICTURES = ((128, 64, 512, 256), (130, 70, 528, 16 * 7), (70, 66, 304, 4096 - 48), (65, 65, 272, 0))

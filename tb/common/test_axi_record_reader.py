@@ -7,6 +7,7 @@ from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_record_reader"
+SLOW = True
 BASE = 0x1238
 COUNT = 2000
 

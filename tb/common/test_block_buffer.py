@@ -9,6 +9,7 @@ from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_p
 from tb.sorting_core import beats, blocks
 
 TOP = "gs_block_buffer"
+SLOW = True
 PARAMETERS = [{"WIDTH": 48, "DEPTH": 16}, {"WIDTH": 48, "DEPTH": 2}, {"WIDTH": 48, "DEPTH": 256}]
 OUT = ("data", "len", "last")
 

@@ -10,6 +10,7 @@ from tb.lib.stream import STALLS, Monitor, Sink, Source, cycle, reset, rng, star
 from tb.raster_core.scenes import record_words, scene
 
 TOP = "gs_batch_buffer"
+SLOW = True
 GROUPS = 3  # the buffer learns from hit_first and hit_last where a batch's groups begin and end
 FEATURE_W = params.GEOMETRY_W + 3 * params.COLOUR_W
 LATENCY = 9

@@ -8,6 +8,7 @@ from tb.lib import pipe
 from tb.lib.stream import reset, rng, start_clock
 
 TOP = "gs_ellipse_setup"
+SLOW = True
 FIELDS = ("a", "b", "c", "mean_x", "mean_y", "x0", "y0")
 RANGES = (  # lowest and highest code of each field
     (0, (1 << params.CHOL_W) - 1),

@@ -8,6 +8,7 @@ from golden.raster_core import exp2_unit
 from tb.lib.stream import rng, start_clock
 
 TOP = "gs_exp2_unit"
+SLOW = True
 
 
 async def run(dut, codes: list[int]) -> list[int]:

@@ -10,6 +10,7 @@ from tb.lib.stream import cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene
 
 TOP = "gs_group_tester"
+SLOW = True
 SIZE = (130, 70)
 SLOT_W = (params.CHUNK - 1).bit_length()
 

@@ -11,6 +11,7 @@ from tb.lib.footprints import gaussians
 from tb.lib.stream import reset, rng, start_clock
 
 TOP = "gs_intersection_test_unit"
+SLOW = True
 FIELDS = ("u0", "v0", "a", "b", "c", "limit")
 LOW, HIGH = -(1 << (params.STEP_W - 1)), (1 << (params.STEP_W - 1)) - 1
 TOP_A = (1 << params.CHOL_W) - 1

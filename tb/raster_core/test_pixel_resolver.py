@@ -10,6 +10,7 @@ from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.stream import STALLS, Monitor, Sink, cycle, reset, rng, start_clock
 
 TOP = "gs_pixel_resolver"
+SLOW = True
 SIZE = (130, 70)
 BACKGROUND = (100, 7680, 0)
 SIDE = 8

@@ -16,6 +16,7 @@ from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, 
 from tb.raster_core.scenes import every_entry, record_words, scene, tiles, walls
 
 TOP = "gs_raster_core"
+SLOW = True
 BACKGROUND = (100, 512, 1023)
 LATENCY, INTERVAL = 37, 3
 FOUR_STATE = hasattr(cocotb, "SIM_NAME") and four_state()  # slow: short tables only

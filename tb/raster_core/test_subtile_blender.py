@@ -11,6 +11,7 @@ from tb.lib.stream import cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene, walls
 
 TOP = "gs_subtile_blender"
+SLOW = True
 SLOT_W = (params.CHUNK - 1).bit_length()
 FEATURE_W = params.GEOMETRY_W + 3 * params.COLOUR_W
 WORD_W = params.LANES * scu.STATE_W

@@ -13,6 +13,7 @@ from tb.lib.pipe import unknown
 from tb.lib.stream import STALLS, Source, cycle, reset, rng, start_clock
 
 TOP = "gs_subtile_compute_unit"
+SLOW = True
 BLEND = ("mean_x", "mean_y", "a", "b", "c", "opacity", "red", "green", "blue")
 FIELDS = ("swap", "store", "fresh", "group", "cols", "rows", "x0", "y0", *BLEND)
 ORIGIN = (640, 320)

@@ -7,6 +7,7 @@ from golden.sorting_core import bitonic_sort_unit as golden
 from tb.lib.stream import cycle, reset, start_clock
 
 TOP = "gs_bitonic_sweep"
+SLOW = True
 PARAMETERS = [{"NETWORK": golden.RING, "ENTRY_W": 2}, {"NETWORK": golden.BITONIC, "ENTRY_W": 2}]
 SIMULATORS = ("verilator",)
 

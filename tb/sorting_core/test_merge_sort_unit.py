@@ -10,6 +10,7 @@ from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_p
 from tb.sorting_core import beats, entries
 
 TOP = "gs_merge_sort_unit"
+SLOW = True
 FIELDS = ("entry", "last")
 LENGTHS = (0, 1, 15, 16, 17, 255, 256, 257)
 

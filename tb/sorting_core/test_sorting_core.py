@@ -13,6 +13,7 @@ from tb.lib.stream import Monitor, Scoreboard, Sink, Source, cycle, reset, rng, 
 from tb.sorting_core import beats, blocks, entries, send_at
 
 TOP = "gs_sorting_core"
+SLOW = True
 PARAMETERS = [{}, {"NETWORK": bitonic_sort_unit.BITONIC}]
 C = params.CHUNK
 IN, OUT = ("entry", "last"), ("entry", "len", "last")
