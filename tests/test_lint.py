@@ -43,6 +43,7 @@ def test_verible_finds_nothing():
     assert call(BIN / "verible-verilog-lint", "--rules_config=rtl/.rules.verible_lint", *RTL) == ""
 
 
+@pytest.mark.slow
 @each_module
 def test_pyverilog_parses_it(module):
     from pyverilog.vparser.parser import VerilogParser

@@ -79,6 +79,7 @@ def test_disks_are_tangent():
     assert np.ptp(np.arctan2(rotation[:500, 0, 0], rotation[:500, 0, 1])) > 6  # rolled every way
 
 
+@pytest.mark.slow
 def test_two_million_take_seconds():
     start = time.process_time()
     assert len(scene.load("builtin:street?n=2000000&sh=0")) == builtin.N_MAX

@@ -10,6 +10,7 @@ from tb.lib.pipe import code, unknown
 from tb.lib.stream import reset, rng, start_clock
 
 TOP = "gs_power_unit"
+SLOW = True
 ORIGIN = (640, 320)
 FIELDS = ("mean_x", "mean_y", "a", "b", "c", "opacity", "x0", "y0")
 

@@ -10,6 +10,7 @@ from tb.lib.stream import Monitor, Scoreboard, Sink, Source, cycle, reset, rng, 
 from tb.sorting_core import beats, entries, send_at
 
 TOP = "gs_bitonic_sort_unit"
+SLOW = True
 PARAMETERS = [{"NETWORK": golden.RING}, {"NETWORK": golden.BITONIC}]
 FIELDS = ("entry", "last")
 N = params.SORT_N

@@ -8,6 +8,7 @@ from golden.sorting_core.sort_sequencer import INCOMING, OUT, SCRATCH, TABLE
 from tb.lib.stream import Monitor, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_sort_sequencer"
+SLOW = True
 JOB = ("table_addr", "table_n", "in_addr", "in_n", "scratch_addr", "out_addr", "first")
 BASE = {TABLE: 0x10000000, INCOMING: 0x20000040, SCRATCH: 0x30000080, OUT: 0x400000C0}
 LENGTHS = (0, 1, 255, 256, 257, 512, 513, 700, 1500, 65536, (1 << 24) - 1)
