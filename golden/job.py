@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict, dataclass
 
-from golden import cameras, scene
+from golden import cameras, params, scene
 from golden.cameras.camera import Camera, look_at
 from golden.cameras.paths import KINDS
 from golden.cameras.readers import RELATIVE, kind_of
@@ -63,6 +63,8 @@ def prepare(args: argparse.Namespace) -> Job:
     if args.jobs < 0:
         raise InputError(f"--jobs {args.jobs}: wants 0 (all cores) or more")
     gaussians = scene.load(args.scene)
+    if len(gaussians) > 1 << params.INDEX_W:
+        raise InputError(f"{args.scene}: {len(gaussians)} Gaussians; a table entry counts to {1 << params.INDEX_W}")
     start, at, up = _start(args, gaussians, width, height)
     if args.cameras:
         track = cameras.read(args.cameras, width, height, frames, args.fps, args.speed)

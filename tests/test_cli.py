@@ -108,6 +108,11 @@ def test_bad_input_is_one_line(capsys, tmp_path, monkeypatch, argv, words):
     assert not list(tmp_path.iterdir())
 
 
+def test_more_gaussians_than_an_entry_can_name(capsys, monkeypatch):
+    monkeypatch.setattr("golden.params.INDEX_W", 10)
+    assert "2000 Gaussians" in refused(capsys, "render", *SMALL, "-o", "x")
+
+
 def test_output_that_is_a_file(capsys, tmp_path):
     (tmp_path / "out").write_text("mine")
     line = refused(capsys, "render", *SMALL, "-o", str(tmp_path / "out"))

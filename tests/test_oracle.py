@@ -63,7 +63,7 @@ def tables(f: Features, camera: Camera) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def golden_picture(f: Features, camera: Camera, background=(0, 0, 0)) -> np.ndarray:
-    """[H, W, 3] float64 of the golden raster core on exactly sorted tables. background: real, exact in UQ2.10."""
+    """[H, W, 3] float64 of the golden raster core on exactly sorted tables. background: real, exact in UQ3.10."""
     offsets, index, _ = tables(f, camera)
     y, x = np.mgrid[0 : camera.height : 64, 0 : camera.width : 64]
     origins = np.column_stack([x.ravel(), y.ravel()])

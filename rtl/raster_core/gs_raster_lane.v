@@ -21,7 +21,7 @@ module gs_raster_lane #(
     // configuration: static while tiles are under way
     input  wire [12:0]             cfg_width,           // pixels
     input  wire [12:0]             cfg_height,
-    input  wire [`GS_COLOUR_W-1:0] cfg_bg_red,          // UQ2.COLOUR_F
+    input  wire [`GS_COLOUR_W-1:0] cfg_bg_red,          // UQ3.COLOUR_F
     input  wire [`GS_COLOUR_W-1:0] cfg_bg_green,
     input  wire [`GS_COLOUR_W-1:0] cfg_bg_blue,
     input  wire [ADDR_W-1:0]       cfg_feature_addr,    // of record 0, a multiple of 8
