@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -122,12 +123,18 @@ def test_output_that_is_a_file(capsys, tmp_path):
 
 def test_interrupt_keeps_finished_frames(tmp_path):
     command = [sys.executable, "-m", "golden.cli", "render", *SMALL, "--frames", "100000", "-o", str(tmp_path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
-        for _ in range(3):
-            run.stdout.readline()
-        run.send_signal(signal.SIGINT)
-        begin = time.monotonic()
-        _, err = run.communicate(timeout=60)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    # a shell's background jobs ignore SIGINT, and what they start inherits that
+    listen = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(command, preexec_fn=listen, **pipes) as run:
+        try:
+            for _ in range(3):
+                run.stdout.readline()
+            run.send_signal(signal.SIGINT)
+            begin = time.monotonic()
+            _, err = run.communicate(timeout=60)
+        finally:
+            run.kill()
     assert time.monotonic() - begin < 30
     assert run.returncode == 130
     assert "Traceback" not in err and "interrupted" in err
