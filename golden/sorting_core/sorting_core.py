@@ -30,12 +30,16 @@ def ranges(n: int, first: int = params.CHUNK, chunk: int = params.CHUNK) -> list
     return list(pairwise(cuts))
 
 
-def sort_chunks(a: np.ndarray, first: int = params.CHUNK) -> np.ndarray:
+@numba.njit(cache=True)
+def sort_chunks(a, first=params.CHUNK):
     """[n] entries, each chunk ascending."""
-    head = min(first, len(a))
-    whole = head + (len(a) - head) // params.CHUNK * params.CHUNK
-    rows = np.sort(a[head:whole].reshape(-1, params.CHUNK), axis=1).ravel()
-    return np.concatenate([np.sort(a[:head]), rows, np.sort(a[whole:])])
+    out = a.copy()
+    start, length = 0, first
+    while start < len(a):
+        out[start : start + length].sort()
+        start += length
+        length = params.CHUNK
+    return out
 
 
 def sort(a: np.ndarray, b: np.ndarray, first: int = params.CHUNK) -> np.ndarray:
