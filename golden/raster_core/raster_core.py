@@ -34,7 +34,9 @@ class RasterResult:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _raster_tile(words, mean, chol, opacity, colour, key, x0, y0, size, words_out, bitmaps, state, counts, totals):
+def _raster_tile(
+    words, first, mean, chol, opacity, colour, key, x0, y0, size, words_out, bitmaps, state, counts, totals
+):
     """One tile. Fills counts uint16[batches, GROUPS, UNITS] and totals int64[3] (pairs, scu_ops, blends)."""
     width, height = size
     fresh_tile(state, x0, y0, width, height)
@@ -42,10 +44,12 @@ def _raster_tile(words, mean, chol, opacity, colour, key, x0, y0, size, words_ou
     n_hits = np.zeros(params.SUBTILES, np.int32)
     held = np.full(params.UNITS, NONE, np.int64)
     known_done = np.zeros(params.SUBTILES, np.bool_)
+    end = 0
     for batch in range(counts.shape[0]):
-        first = batch * params.CHUNK
+        begin = end
+        end = min(begin + (params.CHUNK if batch else first), len(words))
         n_hits[:] = 0
-        for e in range(first, min(first + params.CHUNK, len(words))):
+        for e in range(begin, end):
             g = words[e] & records.INDEX_MASK
             bits = tile_bits(
                 chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
@@ -74,7 +78,7 @@ def _raster_tile(words, mean, chol, opacity, colour, key, x0, y0, size, words_ou
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _raster(
-    offsets, words, batch_offsets, mean, chol, opacity, colour, key, tile_xy, size, background,
+    offsets, words, first, batch_offsets, mean, chol, opacity, colour, key, tile_xy, size, background,
     words_out, bitmaps, value, rgb8, transmittance, counts, totals,
 ):  # fmt: skip
     for tile in numba.prange(len(tile_xy)):
@@ -82,14 +86,16 @@ def _raster(
         begin, end = offsets[tile], offsets[tile + 1]
         x0, y0 = tile_xy[tile]
         _raster_tile(
-            words[begin:end], mean, chol, opacity, colour, key, x0, y0, size, words_out[begin:end],
+            words[begin:end], first, mean, chol, opacity, colour, key, x0, y0, size, words_out[begin:end],
             bitmaps[begin:end], state, counts[batch_offsets[tile] : batch_offsets[tile + 1]], totals[tile],
         )  # fmt: skip
         resolve_tile(state, x0, y0, background, value, rgb8, transmittance)
 
 
-def rasterise(tables, features, tile_xy, width: int, height: int, background=(0, 0, 0)) -> RasterResult:
-    """One frame.
+def rasterise(
+    tables, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
+) -> RasterResult:
+    """One frame. The first batch of a tile has up to `first` entries (gs_late_core), every other one up to CHUNK.
 
     tables: (offsets int64[T + 1], words int64[E]), valid entries in table order.
     features: arrays mean [N, 2], chol [N, 3] (a, b, c), opacity [N], colour [N, 3], key [N] of record codes.
@@ -102,7 +108,8 @@ def rasterise(tables, features, tile_xy, width: int, height: int, background=(0,
     columns = [
         np.ascontiguousarray(getattr(features, name), np.int64) for name in ("mean", "chol", "opacity", "colour", "key")
     ]
-    batches = -(-np.diff(offsets) // params.CHUNK)
+    n = np.diff(offsets)
+    batches = np.where(n > 0, 1 + -(-np.maximum(n - first, 0) // params.CHUNK), 0)
     batch_offsets = np.concatenate(([0], np.cumsum(batches))).astype(np.int64)
     totals = np.zeros((len(tile_xy), 3), np.int64)
     result = RasterResult(
@@ -120,7 +127,7 @@ def rasterise(tables, features, tile_xy, width: int, height: int, background=(0,
     chunk = numba.set_parallel_chunksize(1)  # tiles differ much in length
     try:
         _raster(
-            offsets, words, batch_offsets, *columns, tile_xy, (width, height), np.array(background, np.int64),
+            offsets, words, first, batch_offsets, *columns, tile_xy, (width, height), np.array(background, np.int64),
             result.words_out, result.bitmaps, result.value, result.rgb8, result.transmittance, result.counts, totals,
         )  # fmt: skip
     finally:
