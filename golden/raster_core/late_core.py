@@ -1,0 +1,79 @@
+"""gs_late_core: a tile's nearly sorted table to its pixels and to its table in the fresh order, batch by batch.
+
+The functional model: each batch is sorted by the fresh keys of its records; what follows is the raster core's work.
+When things happen: late_timing.py, which takes what `work` counts.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numba
+import numpy as np
+
+from golden import params, records
+from golden.raster_core import group_finder
+from golden.raster_core.raster_core import RasterResult, rasterise
+from golden.sorting_core.sorting_core import sort_chunks
+
+BLOCKS = params.CHUNK // params.SORT_N  # words of candidates of a group
+
+
+def rasterise_late(
+    tables, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
+) -> RasterResult:
+    """One frame. Arguments as of raster_core.rasterise; words_out and bitmaps are in the order of blending.
+
+    first: entries in a tile's first batch, sorting_core.first_length of the frame.
+    """
+    offsets, words = (np.ascontiguousarray(x, np.int64) for x in tables)
+    index = records.indices_of(words)
+    fresh = records.entries(np.asarray(features.key, np.int64)[index], index)
+    for begin, end in pairwise(offsets):
+        fresh[begin:end] = sort_chunks(fresh[begin:end], first)
+    return rasterise((offsets, fresh), features, tile_xy, width, height, background, first)
+
+
+def batches(n: int, first: int = params.CHUNK) -> list[tuple[int, int]]:
+    """(first entry, entries) of each batch of a table of n; the last one is shorter than its limit, maybe empty."""
+    begins = [0, *range(first, n + 1, params.CHUNK)]
+    return [(begin, end - begin) for begin, end in pairwise([*begins, n])]
+
+
+@numba.njit(cache=True, parallel=True, error_model="numpy")
+def _work(offsets, words, bitmaps, first, batch_offsets, mean, chol, opacity, tile_xy, width, height, hits, candidates):
+    for tile in numba.prange(len(tile_xy)):
+        x0, y0 = tile_xy[tile]
+        end = offsets[tile]
+        for batch in range(batch_offsets[tile], batch_offsets[tile + 1]):
+            begin = end
+            end = min(begin + (params.CHUNK if batch > batch_offsets[tile] else first), offsets[tile + 1])
+            for e in range(begin, end):
+                g = words[e] & records.INDEX_MASK
+                mask = group_finder.mask(
+                    chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
+                )
+                for group in range(params.GROUPS):
+                    candidates[batch, group, (e - begin) // params.SORT_N] += (mask >> group) & 1
+                for subtile in range(params.SUBTILES):
+                    hit = (bitmaps[e] >> np.uint64(subtile)) & np.uint64(1)
+                    hits[batch, subtile // params.UNITS, subtile % params.UNITS] += hit
+
+
+def work(
+    result: RasterResult, offsets, features, tile_xy, width: int, height: int, first: int = params.CHUNK
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the cycles of a frame depend on: (hits uint16[B, GROUPS, UNITS], candidates uint8[B, GROUPS, BLOCKS]).
+
+    result: of rasterise_late, with the same arguments. hits: entries in the list of each unit and group, also where the
+    subtile is known to be done (counts of result: 0 there). candidates: entries that are tested, for each word of
+    SORT_N entries of a group.
+    """
+    columns = [np.ascontiguousarray(getattr(features, name), np.int64) for name in ("mean", "chol", "opacity")]
+    hits = np.zeros((result.batch_offsets[-1], params.GROUPS, params.UNITS), np.uint16)
+    candidates = np.zeros((result.batch_offsets[-1], params.GROUPS, BLOCKS), np.uint8)
+    _work(
+        np.ascontiguousarray(offsets, np.int64), result.words_out, result.bitmaps, first, result.batch_offsets,
+        *columns, np.ascontiguousarray(tile_xy, np.int64).reshape(-1, 2), width, height, hits, candidates,
+    )  # fmt: skip
+    return hits, candidates
