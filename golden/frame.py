@@ -5,40 +5,24 @@ A tile's table in frame f is P(f-1) united with P(f), P the Gaussians whose bitm
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 
-from golden import params
+from golden import params, tables
 from golden.cameras.camera import Camera
+from golden.errors import InputError
 from golden.preprocess import Features, Pairs, Projection, duplicate, encode, project
+from golden.preprocess.projection import depths
 from golden.raster_core.raster_core import RasterResult, rasterise
-from golden.records import INVALID, entries, indices_of
+from golden.records import INVALID, depth_key
 from golden.scene.gaussians import Gaussians
 from golden.settings import Settings
 from golden.sorting_core import sorting_core
+from golden.tables import Lists
 
-
-@dataclass(frozen=True)
-class Lists:
-    """One list of entries a tile: tile t holds words[offsets[t]:offsets[t + 1]]."""
-
-    offsets: np.ndarray  # [T + 1] int64
-    words: np.ndarray  # [E] int64 entries
-
-    def tile(self, t: int) -> np.ndarray:
-        return self.words[self.offsets[t] : self.offsets[t + 1]]
-
-    @staticmethod
-    def join(parts: list[np.ndarray]) -> Lists:
-        offsets = np.zeros(len(parts) + 1, np.int64)
-        np.cumsum([part.size for part in parts], out=offsets[1:])
-        return Lists(offsets, np.concatenate(parts) if parts else np.zeros(0, np.int64))
-
-    @staticmethod
-    def empty(tiles: int) -> Lists:
-        return Lists(np.zeros(tiles + 1, np.int64), np.zeros(0, np.int64))
+SORTINGS = "reuse, full, hierarchical, periodic:K, background:D"
 
 
 @dataclass(frozen=True)
@@ -49,10 +33,14 @@ class Frame:
     projection: Projection
     features: Features
     pairs: Pairs
+    sorting: str  # what was done to the tables: reuse, full, hierarchical, frozen, background
+    first: int  # entries of a table's first chunk
     table: Lists  # last frame's tables as the sorting cores read them; empty where a tile starts from scratch
     incoming: Lists  # ascending index
-    order: Lists  # the tables as sorted, keys as sorted by
+    merged: Lists  # what the raster core reads; with late sort nearly in order, otherwise it is `order`
+    order: Lists  # the tables as drawn, keys as sorted by
     raster: RasterResult
+    coloured: np.ndarray  # [N] bool: the colour was computed in this frame
     counters: dict[str, int]
 
     @property
@@ -72,41 +60,36 @@ def tiles_of(width: int, height: int) -> np.ndarray:
     return np.stack([xs.ravel(), ys.ravel()], 1).astype(np.int64) * params.TILE
 
 
-@numba.njit(cache=True)
-def _difference(now, members):
-    """Elements of now (ascending) that are not in members (ascending)."""
-    out = np.empty(now.size, np.int64)
-    n = k = 0
-    for value in now:
-        while k < members.size and members[k] < value:
-            k += 1
-        if k == members.size or members[k] != value:
-            out[n] = value
-            n += 1
-    return out[:n]
-
-
-def _incoming(pairs: Pairs, features: Features, table: Lists) -> list[np.ndarray]:
-    """Indices that touch a tile now and are not among the valid entries of its table."""
-    out = []
-    for t in range(pairs.tile_offsets.size - 1):
-        now = pairs.index[pairs.tile_offsets[t] : pairs.tile_offsets[t + 1]].astype(np.int64)
-        words = table.tile(t)
-        members = np.sort(indices_of(words[words < INVALID]))
-        out.append(_difference(now, members))
-    return out
+def parse_sorting(text: str) -> tuple[str, int]:
+    """(strategy, K or D; 1 where the strategy has none) of "reuse", "periodic:4" and so on."""
+    kind, colon, number = text.partition(":")
+    if kind in ("reuse", "full", "hierarchical") and not colon:
+        return kind, 1
+    if kind in ("periodic", "background") and number.isascii() and number.isdigit() and int(number) > 0:
+        return kind, int(number)
+    raise InputError(f"--sorting {text}: wants {SORTINGS} (K, D: whole frames, 1 or more)")
 
 
 class Renderer:
-    """The golden model over a sequence of frames of one scene. `sorting` is "reuse" or "full"."""
+    """The golden model over a sequence of frames of one scene (docs/frames.md).
 
-    def __init__(self, gaussians: Gaussians, settings: Settings, sorting: str = "reuse"):
+    sorting: what `parse_sorting` takes. late: the raster core sorts each batch by fresh keys, and the tables have
+    4-byte entries.
+    """
+
+    def __init__(self, gaussians: Gaussians, settings: Settings, sorting: str = "reuse", late: bool = False):
         self.gaussians = gaussians
         self.settings = settings
-        self.sorting = sorting
+        self.sorting, self.interval = parse_sorting(sorting)
+        self.late = late
+        if late and self.sorting != "reuse":
+            raise InputError(f"--sorting {sorting}: late sort goes with reuse only")
         self.number = 0  # frames rendered: chooses the chunk boundaries
-        self.written: Lists | None = None
-        self.axis: np.ndarray | None = None  # last frame's optical axis
+        self.camera: Camera | None = None  # of the last frame
+        self.written: Lists | None = None  # by the last frame's raster core
+        self.last: Features | None = None  # of the last frame, where colours are kept
+        self.sorted: deque[Lists] = deque(maxlen=self.interval + 1)  # periodic, background: the last full sorts
+        self.age = 0  # periodic: frames since the last full sort
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
         antialias = {"auto": None, "on": True, "off": False}[self.settings.antialias]
@@ -114,54 +97,92 @@ class Renderer:
         features = encode(projection)
         return projection, features, duplicate(features, camera.width, camera.height)
 
-    def lists(self, camera: Camera, features: Features, pairs: Pairs, cut: bool) -> tuple[Lists, Lists, dict[str, int]]:
-        """(table, incoming, counters): what the sorting cores get for every tile."""
-        tiles = tiles_of(camera.width, camera.height)
-        fresh = self.written is None or self.written.offsets.size != len(tiles) + 1
-        table = Lists.empty(len(tiles)) if fresh or self.sorting == "full" else self.written
-        new = _incoming(pairs, features, table)
-        total = int(pairs.tile_offsets[-1])
-        jump = not fresh and (
-            sum(part.size for part in new) > self.settings.cut_share * max(total, 1)
-            or camera.rotation[2] @ self.axis < np.cos(np.radians(self.settings.cut_angle))
-        )
-        self.axis = camera.rotation[2]
-        if (cut or jump) and not fresh:
-            table = Lists.empty(len(tiles))
-            new = _incoming(pairs, features, table)
-        old = [table.tile(t) for t in range(len(tiles))]
-        counters = {"full_frames": int(fresh or cut or jump), "full_tiles": 0, "overfull_tiles": 0, "overflow": 0}
-        incoming = []
-        for t, part in enumerate(new):
-            overfull = old[t].size + part.size > self.settings.capacity
-            if overfull:
-                old[t] = old[t][:0]
-                part = pairs.index[pairs.tile_offsets[t] : pairs.tile_offsets[t + 1]].astype(np.int64)
-            words = entries(features.key[part], part)
-            if words.size > self.settings.capacity:
-                counters["overflow"] += words.size - self.settings.capacity
-                words = np.sort(words)[: self.settings.capacity]
-            incoming.append(words)
-            counters["overfull_tiles"] += int(overfull)
-            counters["full_tiles"] += int(old[t].size == 0 and words.size > 0)
-        return Lists.join(old), Lists.join(incoming), counters
+    def _colours(self, features: Features, anew: bool) -> tuple[Features, np.ndarray]:
+        """(features with the colours that are kept, which ones are not). anew: keep none."""
+        every = self.settings.colour_every
+        coloured = features.visible
+        if every > 1:
+            if not anew:
+                due = np.arange(len(coloured)) % every == self.number % every
+                kept = features.visible & self.last.visible & ~due
+                colour = np.where(kept[:, None], self.last.colour, features.colour)
+                features = replace(features, colour=colour)
+                coloured = features.visible & ~kept
+            self.last = features
+        return features, coloured
+
+    def _keys(self, features: Features) -> np.ndarray:
+        """[N] keys of incoming entries where a table is reused."""
+        if self.settings.depth == "consistent" and self.camera:
+            return depth_key(depths(self.gaussians, self.camera))
+        return features.key
+
+    def _turned(self, camera: Camera) -> bool:
+        """Did the optical axis turn by more than `cut_angle` since the last frame?"""
+        return bool(camera.rotation[2] @ self.camera.rotation[2] < np.cos(np.radians(self.settings.cut_angle)))
+
+    def _lists(self, camera: Camera, features: Features, pairs: Pairs, anew: bool) -> tuple[Lists, Lists, dict]:
+        """(table, incoming, counters): what the sorting cores get for every tile. anew: nothing is reused."""
+        settings = self.settings
+        now = np.diff(pairs.tile_offsets)
+        none = Lists.empty(len(now))
+        table = none if anew else self.written
+        if self.late:
+            table = tables.group_keys(table)
+        new = tables.arrivals(pairs, table)
+        if not anew and (self._turned(camera) or new.words.size > settings.cut_share * max(int(now.sum()), 1)):
+            anew, table = True, none
+            new = tables.arrivals(pairs, table)
+        overfull = table.lengths + new.lengths > settings.capacity
+        rebuilt = (table.lengths > 0) & (new.lengths > settings.rebuild_limit(self.late) * now) & ~overfull
+        table = table.without(overfull | rebuilt)
+        keys = features.key, self._keys(features)
+        incoming, overflow = tables.incoming(pairs, new, overfull | rebuilt, keys, settings.capacity)
+        counters = {
+            "full_frames": int(anew),
+            "full_tiles": int(np.count_nonzero((table.lengths == 0) & (incoming.lengths > 0))),
+            "overfull_tiles": int(np.count_nonzero(overfull)),
+            "rebuilt_tiles": int(np.count_nonzero(rebuilt)),
+            "overflow": overflow,
+        }
+        return table, incoming, counters
+
+    def _sort(self, camera: Camera, features: Features, pairs: Pairs, anew: bool, first: int):
+        """(sorting, table, incoming, merged, order, counters) of Frame."""
+        if self.sorting == "periodic" and not anew and self.age < self.interval:
+            self.age += 1
+            order = self.sorted[-1]
+            counters = dict.fromkeys(("full_frames", "full_tiles", "overfull_tiles", "rebuilt_tiles", "overflow"), 0)
+            return "frozen", order, Lists.empty(len(order.offsets) - 1), order, order, counters
+        kept = self.sorting in ("reuse", "hierarchical")
+        table, incoming, counters = self._lists(camera, features, pairs, anew or not kept)
+        how = tables.AS_IT_IS if self.late else (tables.CHUNKS if self.sorting == "reuse" else tables.WHOLE)
+        order = merged = tables.sort(table, incoming, first, how)
+        if self.late:
+            order = tables.late_sort(merged, features.key, first)
+        self.age = 1
+        if anew:
+            self.sorted.clear()
+        self.sorted.append(order)
+        if self.sorting == "background" and not anew:
+            return "background", table, incoming, self.sorted[0], self.sorted[0], counters
+        return "full" if counters["full_frames"] else self.sorting, table, incoming, merged, order, counters
 
     def frame(self, camera: Camera, cut: bool = False) -> Frame:
         """Render one frame; `cut` declares that nothing of the last frame is to be used."""
+        anew = cut or self.camera is None or (camera.width, camera.height) != (self.camera.width, self.camera.height)
         projection, features, pairs = self.preprocess(camera)
-        table, incoming, counters = self.lists(camera, features, pairs, cut)
+        features, coloured = self._colours(features, anew or self._turned(camera))
         first = sorting_core.first_length(self.number)
-        tiles = tiles_of(camera.width, camera.height)
-        order = Lists.join(
-            [sorting_core.sort(table.tile(t), np.sort(incoming.tile(t)), first) for t in range(len(tiles))]
-        )
+        sorting, table, incoming, merged, order, counters = self._sort(camera, features, pairs, anew, first)
         raster = rasterise(
             (order.offsets, order.words),
             features,
-            tiles,
+            tiles_of(camera.width, camera.height),
             camera.width,
             camera.height,
             self.settings.background_codes(),
+            first if self.late else params.CHUNK,
         )
         counters = {**self.gaussians.counters, **projection.counters, **features.counters, **counters}
         counters["entries"] = order.words.size
@@ -169,6 +190,11 @@ class Renderer:
         counters["outgoing"] = int(np.count_nonzero(table.words & INVALID))
         counters["pairs"] = int(raster.pairs.sum())
         counters["blends"] = int(raster.blends.sum())
+        counters["colours_reused"] = int(np.count_nonzero(features.visible & ~coloured))
         self.number += 1
+        self.camera = camera
         self.written = Lists(order.offsets, raster.words_out)
-        return Frame(camera, projection, features, pairs, table, incoming, order, raster, counters)
+        return Frame(
+            camera, projection, features, pairs, sorting, first,
+            table, incoming, merged, order, raster, coloured, counters,
+        )  # fmt: skip

@@ -21,6 +21,16 @@ class Settings:
     capacity: int = _key(1 << 20, "entries", "256..1048576", "longest table of a tile; a longer one keeps the nearest")
     cut_share: float = _key(0.5, "", "0..1", "share of incoming entries above which a frame is sorted from scratch")
     cut_angle: float = _key(15.0, "degrees", "0..180", "turn of the camera in one frame above which it counts as a cut")
+    rebuild_share: str = _key(
+        "auto",
+        "",
+        "auto|0..1",
+        "share of incoming entries above which a tile is rebuilt; auto: 0.5 with late sort, else 1",
+    )
+    depth: str = _key(
+        "deferred", "", "deferred|consistent", "keys of incoming entries: of this frame, or of the last camera"
+    )
+    colour_every: int = _key(1, "frames", "1..1024", "approximate: the colour of a Gaussian in sight is kept that long")
     motion_scale: float = _key(0.0, "scene units a metre", ">= 0", "of a recorded path; 0: the scene's own, else 1")
     read_latency: int = _key(40, "cycles", "1..4096", "memory of the co-simulation: address to first beat")
     write_latency: int = _key(20, "cycles", "1..4096", "memory of the co-simulation: last beat to response")
@@ -36,6 +46,12 @@ class Settings:
         unit = 2.0**-params.COLOUR_F
         return red * unit, green * unit, blue * unit
 
+    def rebuild_limit(self, late: bool) -> float:
+        """rebuild_share as a number."""
+        if self.rebuild_share == "auto":
+            return 0.5 if late else 1.0
+        return float(self.rebuild_share)
+
 
 def _check(key: str, value) -> None:
     rules = {
@@ -44,6 +60,9 @@ def _check(key: str, value) -> None:
         "capacity": lambda v: params.CHUNK <= v <= 1 << 20,
         "cut_share": lambda v: 0 <= v <= 1,
         "cut_angle": lambda v: 0 <= v <= 180,
+        "rebuild_share": lambda v: v == "auto" or 0 <= float(v) <= 1,
+        "depth": lambda v: v in ("deferred", "consistent"),
+        "colour_every": lambda v: 1 <= v <= 1024,
         "motion_scale": lambda v: 0 <= v < float("inf"),
         "read_latency": lambda v: 1 <= v <= 4096,
         "write_latency": lambda v: 1 <= v <= 4096,
