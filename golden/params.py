@@ -17,6 +17,8 @@ GROUPS = SUBTILES // UNITS  # groups in a tile, row-major
 SORT_CORES = 4  # sorting cores in a slice
 LANES = 16  # pixels an SCU works on in a cycle: two rows of a subtile
 BEATS = SUBTILE * SUBTILE // LANES  # cycles for one Gaussian on one subtile
+QUEUE = 512  # hits that wait in front of an SCU: two lists
+MARKS = 32  # lists that do: two batches
 
 # Tables
 SORT_N = 16  # entries the bitonic sort unit sorts at once

@@ -3,9 +3,7 @@
 //   one entry a cycle, one cycle between groups; a hit arrives LATENCY = 10 cycles behind the read of its geometry
 //
 //   R  read      geometry of the slot                           1 cycle
-//   S  set-up    gs_ellipse_setup at the group's first pixel    3 cycles
-//   U  spread    u0 of each unit: U0 + 8*s*a, exact             1 cycle
-//   T  test      4 x gs_intersection_test_unit                  5 cycles
+//   T  test      gs_group_test_unit                          9 cycles
 //
 //   Two sets of lists: one is filled while the other is blended. The set of group g is g & 1.
 
@@ -17,16 +15,6 @@ module gs_group_tester #(
     parameter UNITS      = `GS_UNITS,
     parameter GROUPS     = `GS_GROUPS,
     parameter SUBTILE    = `GS_SUBTILE,
-    parameter MEAN_W     = `GS_MEAN_W,
-    parameter CHOL_W     = `GS_CHOL_W,
-    parameter OPACITY_W  = `GS_OPACITY_W,
-    parameter OPACITY_F  = `GS_OPACITY_F,
-    parameter STEP_W     = `GS_STEP_W,
-    parameter POWER_F    = `GS_POWER_F,
-    parameter CUT        = `GS_CUT,
-    parameter ITU_F      = `GS_ITU_F,
-    parameter ITU_W      = `GS_ITU_W,
-    parameter ITU_MARGIN = `GS_ITU_MARGIN,
     parameter GEOMETRY_W = `GS_GEOMETRY_W,
     parameter PIXEL_W    = 13  // bits of a pixel coordinate
 ) (
@@ -62,14 +50,10 @@ module gs_group_tester #(
     output wire [UNITS*$clog2(CHUNK)-1:0]    list_slot
 );
 
-    localparam SLOT_W    = $clog2(CHUNK);
-    localparam GROUP_W   = $clog2(GROUPS);
-    localparam SETUP     = 3;  // latency of gs_ellipse_setup
-    localparam LATENCY   = 10;
-    localparam LIMIT_W   = 2*ITU_W;
-    localparam BOUND_W   = LIMIT_W - 2*ITU_F + POWER_F;  // of the limit in front of its shift
-    localparam SPAN_W    = 2 + $clog2(SUBTILE);          // bits of a pixel column in a group
-    localparam [BOUND_W-1:0] BOUND = CUT + ITU_MARGIN;
+    localparam SLOT_W  = $clog2(CHUNK);
+    localparam GROUP_W = $clog2(GROUPS);
+    localparam LATENCY = 10;
+    localparam SPAN_W  = 2 + $clog2(SUBTILE);  // bits of a pixel column in a group
 
     generate
         if (UNITS != 4 || GROUPS != 16 || SUBTILE != 8) begin : g_rule
@@ -102,18 +86,9 @@ module gs_group_tester #(
         end
     end
 
-    // First pixel of the group, and which of its subtiles begin inside the picture
+    // First pixel of the group
     wire [PIXEL_W-1:0] group_x = {test_x[PIXEL_W-1:SPAN_W+1], group[0], {SPAN_W{1'b0}}};
     wire [PIXEL_W-1:0] group_y = {test_y[PIXEL_W-1:SPAN_W+1], group[GROUP_W-1:1], {SPAN_W-2{1'b0}}};
-    wire               row_in  = group_y < cfg_height;
-    wire [UNITS-1:0]   live;
-    genvar s;
-    generate
-        for (s = 0; s < UNITS; s = s + 1) begin : g_live
-            wire [1:0] column = s;
-            assign live[s] = row_in && {group_x[PIXEL_W-1:SPAN_W], column, {SPAN_W-2{1'b0}}} < cfg_width;
-        end
-    endgenerate
 
     // R read
     reg               r_valid;
@@ -124,73 +99,19 @@ module gs_group_tester #(
         r_x     <= group_x;
         r_y     <= group_y;
     end
-    wire [MEAN_W-1:0]    r_mean_x  = geometry[0 +: MEAN_W];
-    wire [MEAN_W-1:0]    r_mean_y  = geometry[MEAN_W +: MEAN_W];
-    wire [CHOL_W-1:0]    r_a       = geometry[2*MEAN_W +: CHOL_W];
-    wire [CHOL_W:0]      r_b       = geometry[2*MEAN_W+CHOL_W +: CHOL_W+1];
-    wire [CHOL_W-1:0]    r_c       = geometry[2*MEAN_W+2*CHOL_W+1 +: CHOL_W];
-    wire [OPACITY_W-1:0] r_opacity = geometry[GEOMETRY_W-1 -: OPACITY_W];
 
-    // S set-up. The footprint keeps pace with it.
-    localparam FOOT_W = 3*CHOL_W + 1 + OPACITY_W;
-    wire              s_valid;
-    wire [STEP_W-1:0] s_u0;
-    wire [STEP_W-1:0] s_v0;
-    gs_ellipse_setup setup (
-        .clk(clk), .rst(rst), .in_valid(r_valid),
-        .in_a(r_a), .in_b(r_b), .in_c(r_c), .in_mean_x(r_mean_x), .in_mean_y(r_mean_y), .in_x0(r_x), .in_y0(r_y),
-        .out_valid(s_valid), .out_u0(s_u0), .out_v0(s_v0)
+    // T test. The mark of a group's last one travels beside.
+    gs_group_test_unit test_unit (
+        .clk(clk), .rst(rst), .cfg_width(cfg_width), .cfg_height(cfg_height),
+        .in_valid(r_valid), .in_x(r_x), .in_y(r_y), .in_geometry(geometry),
+        .out_valid(hit_valid), .out_hits(hit_units)
     );
-    reg [SETUP*FOOT_W-1:0] s_foot;  // newest on top
-    always @(posedge clk) s_foot <= {{r_opacity, r_c, r_b, r_a}, s_foot[SETUP*FOOT_W-1:FOOT_W]};
-    wire [CHOL_W-1:0]    s_a       = s_foot[0 +: CHOL_W];
-    wire [CHOL_W:0]      s_b       = s_foot[CHOL_W +: CHOL_W+1];
-    wire [CHOL_W-1:0]    s_c       = s_foot[2*CHOL_W+1 +: CHOL_W];
-    wire [OPACITY_W-1:0] s_opacity = s_foot[FOOT_W-1 -: OPACITY_W];
-
-    // U spread. The bound is that of the golden model, SQ3.(2*ITU_F).
-    reg               u_valid;
-    reg [STEP_W-1:0]  u_v0;
-    reg [CHOL_W-1:0]  u_a;
-    reg [CHOL_W:0]    u_b;
-    reg [CHOL_W-1:0]  u_c;
-    reg [BOUND_W-1:0] u_bound;
-    always @(posedge clk) begin
-        u_valid <= s_valid && !rst;
-        u_v0    <= s_v0;
-        u_a     <= s_a;
-        u_b     <= s_b;
-        u_c     <= s_c;
-        u_bound <= BOUND - ({{BOUND_W-OPACITY_W{1'b0}}, s_opacity} << (POWER_F - OPACITY_F));
-    end
-    wire [LIMIT_W-1:0] u_limit = {u_bound, {2*ITU_F-POWER_F{1'b0}}};
-
-    // T test. The marks of a test travel beside it.
-    wire [UNITS-1:0] test_out;
-    wire [UNITS-1:0] test_hit;
-    generate
-        for (s = 0; s < UNITS; s = s + 1) begin : g_unit
-            wire [1:0]      times = s;
-            wire [STEP_W:0] wide_a = {{STEP_W+1-CHOL_W{1'b0}}, s_a} << $clog2(SUBTILE);
-            wire [STEP_W:0] shift_a = (wide_a & {STEP_W+1{times[0]}}) + ((wide_a << 1) & {STEP_W+1{times[1]}});
-            reg  [STEP_W:0] u_u0;  // SQ9.STEP_F
-            always @(posedge clk) u_u0 <= {s_u0[STEP_W-1], s_u0} + shift_a;
-            gs_intersection_test_unit unit (
-                .clk(clk), .rst(rst), .in_valid(u_valid),
-                .in_u0(u_u0), .in_v0(u_v0), .in_a(u_a), .in_b(u_b), .in_c(u_c), .in_limit(u_limit),
-                .out_valid(test_out[s]), .out_hit(test_hit[s])
-            );
-        end
-    endgenerate
-    reg [LATENCY*(UNITS+1)-1:0] marks;  // newest on top
-    always @(posedge clk) marks <= {group_end, live, marks[LATENCY*(UNITS+1)-1:UNITS+1]};
-    wire [UNITS-1:0] t_live = marks[UNITS-1:0];
-    wire             t_end  = marks[UNITS];
+    reg [LATENCY-1:0] ends;  // newest on top
+    always @(posedge clk) ends <= {group_end, ends[LATENCY-1:1]};
+    wire t_end = ends[0];
 
     reg [GROUP_W-1:0] t_group;
     reg [SLOT_W-1:0]  t_slot;
-    assign hit_valid = test_out[0];
-    assign hit_units = test_hit & t_live;
     assign hit_first = t_group == {GROUP_W{1'b0}};
     assign hit_last  = t_end && t_group == {GROUP_W{1'b1}};
     assign hit_group = t_group;
@@ -220,6 +141,7 @@ module gs_group_tester #(
             read_set  <= 1'b0;
         end
     end
+    genvar s;
     generate
         for (s = 0; s < UNITS; s = s + 1) begin : g_list
             reg  [SLOT_W:0] count_0;
@@ -243,7 +165,7 @@ module gs_group_tester #(
         end
     endgenerate
 
-    wire unused_ok = &{1'b0, test_out[UNITS-1:1], test_x[SPAN_W:0], test_y[SPAN_W:0]};
+    wire unused_ok = &{1'b0, test_x[SPAN_W:0], test_y[SPAN_W:0]};
 
 endmodule
 
