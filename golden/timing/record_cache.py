@@ -1,0 +1,120 @@
+"""Which 64-byte lines the raster cores fetch for the feature records of their tables' entries (docs/traffic.md).
+
+Records lie at `place * stride` of the feature table; a record touches one line, or two where it lies across a border.
+Without a cache each entry fetches its lines. With one, each raster core has a set-associative cache of its own with
+least-recently-used replacement; a line that is still on its way counts as present.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from golden import params
+from golden.timing.address_map import LINE
+
+WAYS = 4
+
+
+class Fetch(NamedTuple):
+    """Lines to fetch: entry e (of all tables in order) needs lines[line_at[e] : line_at[e + 1]]."""
+
+    line_at: np.ndarray  # int64[E + 1]
+    lines: np.ndarray  # int64[..]
+    asked: int  # lines that records touch
+    fetched: int  # lines that were not in a cache
+
+    @property
+    def hit_rate(self) -> float:
+        return 1 - self.fetched / self.asked if self.asked else 0.0
+
+
+def fetch(
+    offsets: np.ndarray,
+    index: np.ndarray,
+    place: np.ndarray,
+    base: int,
+    stride: int,
+    visits: list[np.ndarray],
+    cache_kb: int = 0,
+    ways: int = WAYS,
+) -> Fetch:
+    """Lines of every entry that a core visits; entries of tiles that no core visits fetch nothing.
+
+    offsets int64[T + 1], index [E]: the Gaussians of each tile's table in drawing order; place [N]: where a Gaussian's
+    record lies; base: byte address of the feature table, a multiple of LINE; visits: for each raster core its tiles in
+    order; cache_kb: KB of all caches together.
+    """
+    cores = len(visits)
+    sets = cache_kb * 1024 // (LINE * ways * max(cores, 1))
+    if cache_kb and not sets:
+        raise ValueError(f"record cache of {cache_kb} KB: wants at least {ways} lines of {LINE} bytes a raster core")
+    visit_at = np.zeros(cores + 1, np.int64)
+    np.cumsum([len(tiles) for tiles in visits], out=visit_at[1:])
+    tiles = np.concatenate([np.asarray(tiles, np.int64) for tiles in visits]) if cores else np.zeros(0, np.int64)
+    offsets = np.ascontiguousarray(offsets, np.int64)
+    index = np.ascontiguousarray(index, np.int64)
+    place = np.ascontiguousarray(place, np.int64)
+    need = np.zeros(len(index), np.uint8)
+    asked = _need(offsets, index, place, base, stride, visit_at, tiles, sets, ways, need)
+    line_at = np.zeros(len(index) + 1, np.int64)
+    _count(need, line_at)
+    lines = np.empty(line_at[-1], np.int64)
+    _fill(index, place, base, stride, need, line_at, lines)
+    return Fetch(line_at, lines, int(asked.sum()), int(line_at[-1]))
+
+
+@numba.njit(inline="always", cache=True)
+def _missed(tags, row, line):
+    """Looks a line up in its set, newest first, and makes it the newest; True when it was not there."""
+    ways = tags.shape[1]
+    at = 0
+    while at < ways - 1 and tags[row, at] != line:
+        at += 1
+    missed = tags[row, at] != line
+    for k in range(at, 0, -1):
+        tags[row, k] = tags[row, k - 1]
+    tags[row, 0] = line
+    return missed
+
+
+@numba.njit(parallel=True, cache=True)
+def _need(offsets, index, place, base, stride, visit_at, tiles, sets, ways, need):
+    """Sets bits of need[e]: 1 the record's first line is fetched, 2 its second. Returns the lines asked for, a core."""
+    cores = len(visit_at) - 1
+    asked = np.zeros(cores, np.int64)
+    for core in numba.prange(cores):
+        tags = np.full((max(sets, 1), ways), -1, np.int64)
+        for visit in range(visit_at[core], visit_at[core + 1]):
+            tile = tiles[visit]
+            for e in range(offsets[tile], offsets[tile + 1]):
+                begin = base + place[index[e]] * stride
+                first = begin // LINE
+                last = (begin + params.RECORD_BYTES - 1) // LINE
+                bits = 0
+                for line in range(first, last + 1):
+                    if sets == 0 or _missed(tags, line % sets, line):
+                        bits |= 1 << (line - first)
+                need[e] = bits
+                asked[core] += last - first + 1
+    return asked
+
+
+@numba.njit(cache=True)
+def _count(need, line_at):
+    for e in range(len(need)):
+        line_at[e + 1] = line_at[e] + (need[e] & 1) + (need[e] >> 1)
+
+
+@numba.njit(parallel=True, cache=True)
+def _fill(index, place, base, stride, need, line_at, lines):
+    for e in numba.prange(len(index)):
+        first = (base + place[index[e]] * stride) // LINE
+        at = line_at[e]
+        if need[e] & 1:
+            lines[at] = first
+            at += 1
+        if need[e] & 2:
+            lines[at] = first + 1
