@@ -137,7 +137,7 @@ class Renderer:
         rebuilt = (table.lengths > 0) & (new.lengths > settings.rebuild_limit(self.late) * now) & ~overfull
         table = table.without(overfull | rebuilt)
         keys = features.key, self._keys(features)
-        incoming, overflow = tables.incoming(pairs, new, overfull | rebuilt, keys, settings.capacity)
+        incoming, overflow = tables.incoming(pairs, new, table.lengths == 0, keys, settings.capacity)
         counters = {
             "full_frames": int(anew),
             "full_tiles": int(np.count_nonzero((table.lengths == 0) & (incoming.lengths > 0))),
