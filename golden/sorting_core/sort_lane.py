@@ -2,54 +2,67 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from golden import dma, params
-from golden.sorting_core import sort_sequencer, sorting_core
-from golden.sorting_core.sort_sequencer import EMPTY, FIRST_COMMAND, INCOMING, NEXT_COMMAND, OUT, SCRATCH, TABLE
+from golden.sorting_core import bitonic_sort_unit
+from golden.sorting_core.sort_sequencer import EMPTY, FIRST_COMMAND, NEXT_COMMAND, OUT, REGIONS, commands
+from golden.sorting_core.sorting_core import _timing, sort_chunks
+
+SORT_STEPS = bitonic_sort_unit.steps()
 
 
-def command_cycles(a: np.ndarray, b: np.ndarray, command: sort_sequencer.Command, latency: dma.Latency):
+@numba.njit(cache=True)
+def run_command(a, b, command, at, core, latency, ports):
     """(cycles from a command to its list being written, the list int64[m]).
 
-    Both readers, the core and the writer are idle and take the command in the cycle in which it is sent. The writer
+    Both readers, the core and the writer are idle and take the command in the cycle in which it is sent, 0. The writer
     takes every beat at once.
     """
-    times = sorting_core.timing(
-        dma.list_arrival(0, len(a), latency.read),
-        dma.list_arrival(0, len(b), latency.read),
-        a,
-        b,
-        command.first,
-        command.merge,
+    a_at = at[command.a] + command.a_from * params.ENTRY_BYTES
+    b_at = at[command.b] + command.b_from * params.ENTRY_BYTES
+    out_at = at[command.out] + command.out_from * params.ENTRY_BYTES
+    a_arrival = dma.list_arrival(0, len(a), a_at, dma.SORT + core, ports, latency)
+    b_arrival = dma.list_arrival(0, len(b), b_at, dma.INSERT + core, ports, latency)
+    words = a if command.merge else sort_chunks(a, command.first)
+    _, first, length, _, _, entries = _timing(
+        a_arrival, b_arrival, words, b, command.first, command.merge, SORT_STEPS, -1
     )
-    n = len(times.entries)
-    entry = times.end
-    if times.lengths[-1] == 0 and n:
-        entry = int(times.blocks[-2] + times.lengths[-2] - 1)
-    return int(dma.written(entry, times.end, n, latency.write)), times.entries
+    port = dma.SORTED + core
+    ports[port, dma.LAST] = dma.NEVER
+    for k in range(len(first)):
+        dma.write_block(first[k], length[k], out_at, port, ports, latency)
+        out_at += length[k] * params.ENTRY_BYTES
+    return dma.written(first[-1] + max(length[-1], 1) - 1, port, ports), entries
+
+
+@numba.njit(cache=True)
+def run_job(table, incoming, first, at, core, latency, ports):
+    """(cycles from the job to its done, the new table int64[m]); done is later when the last job's done still waits.
+
+    at int64[4]: byte addresses of the regions; core: number of the lane, whose ports are used.
+    Walks the sequencer's commands, so that it also shows what each of them reads and writes.
+    """
+    n_in = len(incoming)
+    regions = (table.copy(), incoming.copy(), np.zeros(n_in, np.int64), np.zeros(len(table) + n_in, np.int64))
+    cycle = FIRST_COMMAND
+    n = 0
+    for command in commands(len(table), n_in, first):
+        a = regions[command.a][command.a_from : command.a_from + command.a_n]
+        b = regions[command.b][command.b_from : command.b_from + command.b_n]
+        cycles, entries = run_command(a, b, command, at, core, latency, ports)
+        n = len(entries)
+        regions[command.out][command.out_from : command.out_from + n] = entries
+        cycle += cycles + NEXT_COMMAND
+    return (cycle if len(table) or n_in else EMPTY), regions[OUT][:n]
 
 
 def job(
     table: np.ndarray, incoming: np.ndarray, first: int = params.CHUNK, latency: dma.Latency = dma.LATENCY
 ) -> tuple[int, np.ndarray]:
-    """(cycles from the job to its done, the new table int64[m]); done is later when the last job's done still waits.
-
-    Walks the sequencer's commands, so that it also shows what each of them reads and writes.
-    """
-    regions = {
-        TABLE: table,
-        INCOMING: incoming.copy(),
-        SCRATCH: np.zeros(len(incoming), np.int64),
-        OUT: np.zeros(len(table) + len(incoming), np.int64),
-    }
-    cycle = FIRST_COMMAND
-    n = 0
-    for command in sort_sequencer.commands(len(table), len(incoming), first):
-        a = regions[command.a][command.a_from : command.a_from + command.a_n]
-        b = regions[command.b][command.b_from : command.b_from + command.b_n]
-        cycles, entries = command_cycles(a, b, command, latency)
-        n = len(entries)
-        regions[command.out][command.out_from : command.out_from + n] = entries
-        cycle += cycles + NEXT_COMMAND
-    return (cycle if n or len(table) or len(incoming) else EMPTY), regions[OUT][:n]
+    """run_job of one lane whose regions begin at multiples of BORDER."""
+    at = np.zeros(len(REGIONS), np.int64)
+    lists = np.ascontiguousarray(table, np.int64), np.ascontiguousarray(incoming, np.int64)
+    cycles, words = run_job(*lists, first, at, 0, latency, dma.new_ports())
+    return int(cycles), words

@@ -7,27 +7,27 @@ last command of the incoming entries writes the result.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from golden import params
 from golden.sorting_core import sorting_core
 
-TABLE, INCOMING, SCRATCH, OUT = "table", "incoming", "scratch", "out"
+TABLE, INCOMING, SCRATCH, OUT = REGIONS = range(4)
 FIRST_COMMAND = 2  # cycles from the job to its first command
 NEXT_COMMAND = 2  # from a command's list being written to the next command, or to done
 EMPTY = 2  # from a job without entries to its done
 
 
-@dataclass(frozen=True)
-class Command:
+class Command(NamedTuple):
     """Lists a and b are regions from an entry on; the result goes to a region from an entry on."""
 
     merge: bool
-    a: str
-    b: str
-    out: str
+    a: int
+    b: int
+    out: int
     a_from: int
     a_n: int
     b_from: int
@@ -36,8 +36,9 @@ class Command:
     first: int  # entries of list a's first chunk
 
 
-def commands(table_n: int, in_n: int, first: int = params.CHUNK) -> list[Command]:
-    """The commands of a job."""
+@numba.njit(cache=True)
+def commands(table_n, in_n, first=params.CHUNK):
+    """The commands of a job, a list of Command."""
     result = []
     runs, other = INCOMING, SCRATCH
     if in_n:

@@ -1,70 +1,32 @@
-"""gs_sorting_core: repairs a table chunk by chunk and merges it with the sorted incoming entries.
+"""gs_sorting_core: gs_chunk_sorter and its lists cut into blocks.
 
-Neo, section 4 (dynamic partial sorting, Algorithm 1): the table of the last frame is cut into chunks of CHUNK entries,
-and the cuts of even frames lie CHUNK / 2 before those of odd ones, so that entries cross them. Here a chunk begins
-where the one before it ends and the last one ends with the table, so each frame sorts every entry exactly once.
+What it computes is chunk_sorter.py's; here is when.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from golden import params
-from golden.records import INVALID
-from golden.sorting_core import bitonic_sort_unit, merge_sort_unit
-from golden.sorting_core.merge_sort_unit import takes_a
+from golden.sorting_core import bitonic_sort_unit
+from golden.sorting_core.chunk_sorter import (
+    FREE,
+    SENT,
+    first_length,
+    join,
+    merge,
+    new_state,
+    pass_cycles,
+    ranges,
+    sort,
+    sort_chunks,
+    step,
+)
 
-
-def first_length(frame: int) -> int:
-    """Entries in the first chunk of a frame: CHUNK in odd frames, half of it in even ones."""
-    return params.CHUNK if frame % 2 else params.CHUNK // 2
-
-
-def ranges(n: int, first: int = params.CHUNK, chunk: int = params.CHUNK) -> list[tuple[int, int]]:
-    """(start, end) of each chunk of a table of n entries."""
-    cuts = [0, *range(first, n, chunk), n] if n else [0]
-    return list(pairwise(cuts))
-
-
-@numba.njit(cache=True)
-def sort_chunks(a, first=params.CHUNK):
-    """[n] entries, each chunk ascending."""
-    out = a.copy()
-    start, length = 0, first
-    while start < len(a):
-        out[start : start + length].sort()
-        start += length
-        length = params.CHUNK
-    return out
-
-
-def sort(a: np.ndarray, b: np.ndarray, first: int = params.CHUNK) -> np.ndarray:
-    """SORT: int64[m] valid entries of the table a, sorted chunk by chunk, and of the sorted list b, merged."""
-    return merge_sort_unit.merge(sort_chunks(a, first), b)
-
-
-def merge(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """MERGE: int64[m] valid entries of two sorted lists."""
-    return merge_sort_unit.merge(a, b)
-
-
-@numba.njit(cache=True)
-def pass_cycles(n):
-    """Cycles from the first beat of a chunk's first pass to the first beat of its merge with b, n entries.
-
-    A pass from runs of L to runs of 2L takes each entry and an end beat for each of its ceil(n / 2L) pairs, and two
-    more cycles: the last entry is written, the readers fetch anew. Passes follow until there is one run.
-    """
-    total = 0
-    run = params.SORT_N
-    while run < n:
-        run *= 2
-        total += n + (n + run - 1) // run + 2
-    return total
+__all__ = ["first_length", "merge", "pass_cycles", "ranges", "sort", "sort_chunks"]
 
 
 @numba.njit(cache=True)
@@ -93,68 +55,23 @@ def block_buffer_cycles(n: int, depth: int = params.CHUNK) -> int:
 
 
 @numba.njit(cache=True)
-def _join(a, b, a_arrival, b_arrival, at, end, last, a_taken, b_taken, merged, sent):
-    """The MSU+ takes a[:end] and what of b goes before it; in the last chunk also the rest of b and both end beats.
-
-    at is (first cycle in which it may take a beat, beats taken of a and of b, entries sent) and returned as it is then.
-    Writes when beats are taken, the entries sent, and when the MSU+ takes each of them.
-    """
-    t, i, j, m = at
-    while i < end or last:
-        t = max(t, a_arrival[i], b_arrival[j])
-        if i == len(a) and j == len(b):
-            a_taken[i] = b_taken[j] = sent[m] = t
-            return t + 1, i + 1, j + 1, m + 1
-        if i < len(a) and (j == len(b) or takes_a(a[i], b[j], False)):
-            entry = a[i]
-            a_taken[i] = t
-            i += 1
-        else:
-            entry = b[j]
-            b_taken[j] = t
-            j += 1
-        if entry < INVALID:
-            merged[m] = entry
-            sent[m] = t
-            m += 1
-        t += 1
-    return t, i, j, m
-
-
-@numba.njit(cache=True)
 def _timing(a_arrival, b_arrival, a, b, first, merging, sort_steps, busy):
     n = len(a)
     a_taken = np.zeros(n + 1, np.int64)
     b_taken = np.zeros(len(b) + 1, np.int64)
     merged = np.empty(n + len(b), np.int64)
     sent = np.zeros(n + len(b) + 1, np.int64)
-    at = (1, 0, 0, 0)
+    state = new_state()
     if merging:
-        at = _join(a, b, a_arrival, b_arrival, at, n, True, a_taken, b_taken, merged, sent)
+        join(state, a, b, a_arrival, b_arrival, n, True, False, a_taken, b_taken, merged, sent)
     else:
-        there = np.zeros(n + 1, np.int64)  # the sorted entries wait in the memory
-        read = np.zeros(n + 1, np.int64)
-        start, length = 0, first
-        load = 1  # first cycle in which the loader may take a beat
-        cut = True
-        while cut:
-            end = min(start + length, n)
-            cut = end - start == length
-            arrival = np.maximum(a_arrival[start : end + 1], load)
-            if cut:
-                arrival[end - start] = load  # a full chunk gets its end beat from the core
-            taken, left = bitonic_sort_unit.timing(arrival, sort_steps)
-            count = end - start if cut else end - start + 1
-            a_taken[start : start + count] = taken[:count]
-            take = max(left[end - start] + 1, at[0])  # the sorter takes the chunk
-            at = (take + 2 + pass_cycles(end - start), at[1], at[2], at[3])
-            at = _join(a, b, there, b_arrival, at, end, not cut, read, b_taken, merged, sent)
-            load = take + 1
-            start, length = end, params.CHUNK
-    t, _, _, m = at
+        length = first
+        while step(state, a, b, a_arrival, b_arrival, length, sort_steps, a_taken, b_taken, merged, sent):
+            length = params.CHUNK
+    m = state[SENT]
     block, size = blocks(sent[:m] + 1, params.CHUNK, busy)
     before = block[-2] + size[-2] - 1 if len(block) > 1 else busy
-    return max(t, before) + 1, block, size, a_taken, b_taken, merged[: m - 1]
+    return max(state[FREE], before) + 1, block, size, a_taken, b_taken, merged[: m - 1]
 
 
 class Timing(NamedTuple):
@@ -188,10 +105,8 @@ def timing(
     a_arrival, b_arrival: int64[n + 1], first cycle in which each beat is offered, end beat included. busy: cycle of the
     last beat of the list before, when it is still leaving.
 
-    The loader takes a chunk (bitonic_sort_unit.timing) while the one before it is sorted and merged; a cycle behind its
-    end beat, and when that one is done, the sorter takes it. Two cycles later its first pass begins, after
-    pass_cycles its merge, which takes a beat a cycle while both heads are there (_join). What the MSU+ takes is in the
-    block buffer a cycle later (blocks). The next command is accepted once the list's last block no longer waits.
+    Chunk by chunk: chunk_sorter.step. What the MSU+ takes is in the block buffer a cycle later (blocks). The next
+    command is accepted once the list's last block no longer waits.
     """
     arrivals = (np.asarray(a_arrival, np.int64), np.asarray(b_arrival, np.int64))
     a = words_a if merge else sort_chunks(words_a, first)

@@ -98,6 +98,7 @@ SETTINGS = {
     ),
     "gs_sort_sequencer": Setting(neighbours=replies("written", "a", "b", "core", "out")),
     "gs_sort_lane": Setting(bound=6),
+    "gs_chunk_sorter": Setting({"CHUNK": 16, "SORT_N": 4, "ENTRY_W": 8}, void=LISTS | {"out_entry": "out_last"}),
     "gs_sorting_core": Setting({"CHUNK": 16, "SORT_N": 4, "ENTRY_W": 8}, void=LISTS | {"out_entry": "out_len == 0"}),
     "gs_bitonic_sort_unit": Setting({"SORT_N": 4, "ENTRY_W": 8}),
 }
