@@ -1,0 +1,69 @@
+"""gs_group_finder: the groups of a tile that a footprint may hit; all that it hits, and few others.
+
+A group is 32 x 8 pixels, and u and v are linear, so over a group |u| and |v| are at least their distance from 0 at its
+centre less half of their range. What is floored on the way takes less than SLACK from that (docs/raster_core/group_finder.md).
+"""
+
+from __future__ import annotations
+
+import numba
+
+from golden import params
+from golden.fixed import sat_s
+from golden.raster_core.ellipse_setup import offset
+
+LATENCY = 10  # cycles from in_valid to out_valid
+INTERVAL = 3  # cycles between two records at least
+MID_F = 8  # fraction bits of u and v at the centre of a group
+NEAR_F = 4  # and of the distance in the test
+SLACK = 9  # units of MID_F
+
+_WIDE = params.UNITS * params.SUBTILE - 1  # pixels between the centres at a group's ends
+_HIGH = params.SUBTILE - 1
+
+
+@numba.njit(inline="always", cache=True)
+def narrow(x):
+    """Sum of products .(CHOL_F + MEAN_F) to SQ8.MID_F: floor, sat."""
+    return sat_s(x >> (params.CHOL_F + params.MEAN_F - MID_F), MID_F + 9)
+
+
+@numba.njit(inline="always", cache=True)
+def extent(x):
+    """Half of a range x .CHOL_F, .MID_F: rounded up, with SLACK."""
+    return (x >> (params.CHOL_F - MID_F + 1)) + SLACK
+
+
+@numba.njit(inline="always", cache=True)
+def near(centre, half):
+    """Least |u| over a group from u at its centre, squared: UQ2.NEAR_F, floor, sat. ~x is one less than |x|: SLACK."""
+    d = (centre if centre >= 0 else ~centre) - half
+    d = min(max(d, 0) >> (MID_F - NEAR_F), (1 << (NEAR_F + 2)) - 1)
+    return d * d
+
+
+@numba.njit(inline="always", cache=True)
+def limit(opacity):
+    """intersection_test_unit.bound, SQ3.(2*NEAR_F), floor."""
+    return (params.CUT - (opacity << (params.POWER_F - params.OPACITY_F)) + params.ITU_MARGIN) >> (
+        params.POWER_F - 2 * NEAR_F
+    )
+
+
+@numba.njit(cache=True)
+def mask(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
+    """[GROUPS] bits: bit g is 0 only if no subtile of group g of the tile at (x0, y0) is hit (group_tester.tile_bits)."""
+    dx = offset(x0, mean_x) + (_WIDE << (params.MEAN_F - 1))
+    dy = offset(y0, mean_y) + (_HIGH << (params.MEAN_F - 1))
+    u, v = narrow(a * dx + b * dy), narrow(c * dy)
+    half_u, half_v = extent(_WIDE * a + _HIGH * abs(b)), extent(_HIGH * c)
+    down = params.CHOL_F - MID_F - 3  # 8b and 8c, floor
+    right = params.CHOL_F - MID_F - 5  # 32a, floor
+    bits = 0
+    for g in range(params.GROUPS):
+        row, half = g >> 1, g & 1
+        if y0 + row * params.SUBTILE < height and x0 + half * (_WIDE + 1) < width:
+            rest = limit(opacity) - near(v + row * (c >> down), half_v)
+            if near(u + row * (b >> down) + half * (a >> right), half_u) <= rest:
+                bits |= 1 << g
+    return bits
