@@ -17,6 +17,8 @@ module gs_queue_blender #(
     parameter CHUNK      = `GS_CHUNK,
     parameter UNITS      = `GS_UNITS,
     parameter GROUPS     = `GS_GROUPS,
+    parameter QUEUE      = `GS_QUEUE,
+    parameter MARKS      = `GS_MARKS,
     parameter SUBTILE    = `GS_SUBTILE,
     parameter LANES      = `GS_LANES,
     parameter T_F        = `GS_T_F,
@@ -33,13 +35,14 @@ module gs_queue_blender #(
     input  wire [PIXEL_W-1:0]                 cfg_width,   // of the picture, pixels
     input  wire [PIXEL_W-1:0]                 cfg_height,
 
-    // push, close: hits, group by group, as gs_candidate_tester finds them
+    // push, close, used: of the queues, as gs_candidate_tester drives and sees them
     input  wire [UNITS-1:0]                   push_valid,
     input  wire [$clog2(CHUNK)-1:0]           push_slot,
-    input  wire                               close,       // the lists of a group are complete
-    input  wire                               close_end,   // with close: the tile's last group
-    input  wire                               close_void,  // with close: a batch without an entry
-    output wire [UNITS-1:0]                   room,        // for the hits of a group and its mark
+    input  wire                               close,
+    input  wire                               close_void,
+    input  wire                               close_end,
+    output wire [UNITS*($clog2(QUEUE)+1)-1:0] slot_used,
+    output wire [UNITS*($clog2(MARKS)+1)-1:0] mark_used,
 
     // blend: origin of the oldest batch that is not blended; blend_done: now it is
     input  wire [PIXEL_W-1:0]                 blend_x,
@@ -70,6 +73,8 @@ module gs_queue_blender #(
     localparam GROUP_W   = $clog2(GROUPS);
     localparam SIDE_W    = $clog2(SUBTILE);
     localparam FEATURE_W = GEOMETRY_W + 3*COLOUR_W;
+    localparam QUEUE_W   = $clog2(QUEUE) + 1;
+    localparam MARK_W    = $clog2(MARKS) + 1;
     localparam WORD_W    = LANES*(T_F + 2 + 3*ACC_W);
     localparam [1:0] WAIT  = 2'd0;  // for a list
     localparam [1:0] LIST  = 2'd1;
@@ -85,7 +90,7 @@ module gs_queue_blender #(
     reg                resolving;
     reg  [PIXEL_W-1:0] tile_x;
     reg  [PIXEL_W-1:0] tile_y;
-    wire [UNITS-1:0]   mark_take;
+    wire [UNITS-1:0]   unit_take;
     wire [UNITS-1:0]   unit_stored;
     wire [UNITS-1:0]   unit_ahead;  // has finished a batch that others have not
     assign blend_done    = &unit_ahead;
@@ -96,8 +101,8 @@ module gs_queue_blender #(
         turn <= turn + 2'd1;
         if (resolve_start) resolving <= 1'b1;
         if (resolve_done)  resolving <= 1'b0;
-        if (|mark_take) tile_x <= blend_x;
-        if (|mark_take) tile_y <= blend_y;
+        if (|unit_take) tile_x <= blend_x;
+        if (|unit_take) tile_y <= blend_y;
         if (rst) begin
             turn      <= 2'd0;
             resolving <= 1'b0;
@@ -173,16 +178,6 @@ module gs_queue_blender #(
             wire               mark_void;
             wire               mark_end;
             wire [SLOT_W:0]    mark_count;
-            wire               slot_skip;
-            gs_hit_queue #(.CHUNK(CHUNK)) queue (
-                .clk(clk), .rst(rst),
-                .push_valid(push_valid[s]), .push_slot(push_slot),
-                .close(close), .close_end(close_end), .close_void(close_void), .room(room[s]),
-                .mark_valid(mark_valid), .mark_void(mark_void), .mark_end(mark_end), .mark_count(mark_count),
-                .mark_take(mark_take[s]),
-                .slot_skip(slot_skip), .slot_en(unit_blend[s]), .slot(unit_slot[s*SLOT_W +: SLOT_W])
-            );
-
             reg  [1:0]         state;
             reg  [1:0]         bank;
             reg  [GROUP_W-1:0] group;
@@ -203,15 +198,23 @@ module gs_queue_blender #(
             wire               go_change = my_turn && change;
             wire               go_blend  = my_turn && !change && left != {SLOT_W+1{1'b0}};
             wire               over      = drop || (go_blend && left == {{SLOT_W{1'b0}}, 1'b1});
-            wire               void      = take && mark_void;
-            wire               batch_end = void || (over && group == {GROUP_W{1'b1}});
+            wire               no_batch  = take && mark_void;
+            wire               batch_end = no_batch || (over && group == {GROUP_W{1'b1}});
             wire               tile_end  = over && (take ? mark_end : last);
+            gs_hit_queue #(.CHUNK(CHUNK), .QUEUE(QUEUE), .MARKS(MARKS)) queue (
+                .clk(clk), .rst(rst),
+                .push_valid(push_valid[s]), .push_slot(push_slot),
+                .close(close), .close_void(close_void), .close_end(close_end),
+                .mark_valid(mark_valid), .mark_ready(take), .mark_skip(drop),
+                .mark_void(mark_void), .mark_end(mark_end), .mark_count(mark_count),
+                .slot_en(go_blend), .slot(unit_slot[s*SLOT_W +: SLOT_W]),
+                .slot_used(slot_used[s*QUEUE_W +: QUEUE_W]), .mark_used(mark_used[s*MARK_W +: MARK_W])
+            );
             wire               sat_valid;
             wire [GROUP_W-1:0] sat_group;
             wire               sat_stored;
             wire               sat_all;
-            assign mark_take[s]   = take;
-            assign slot_skip      = drop;
+            assign unit_take[s]   = take;
             assign unit_change[s] = go_change;
             assign unit_blend[s]  = go_blend;
             assign unit_store[s]  = holds;
@@ -231,7 +234,7 @@ module gs_queue_blender #(
                 if (begins)    change <= !(holds && held == group);
                 if (go_blend)  left   <= left - {{SLOT_W{1'b0}}, 1'b1};
                 if (tile_end)  change <= holds;
-                if (over && !void) group <= group + {{GROUP_W-1{1'b0}}, 1'b1};
+                if (over && !no_batch) group <= group + {{GROUP_W-1{1'b0}}, 1'b1};
                 if (batch_end) bank   <= bank == 2'd2 ? 2'd0 : bank + 2'd1;
                 ahead <= ahead + {1'b0, batch_end} - {1'b0, blend_done};
                 if (go_change) begin
