@@ -113,7 +113,7 @@ class Renderer:
 
     def _keys(self, features: Features) -> np.ndarray:
         """[N] keys of incoming entries where a table is reused."""
-        if self.settings.depth == "consistent" and self.camera:
+        if self.settings.consistent(self.late) and self.camera:
             return depth_key(depths(self.gaussians, self.camera))
         return features.key
 

@@ -28,7 +28,10 @@ class Settings:
         "share of incoming entries above which a tile is rebuilt; auto: 0.5 with late sort, else 1",
     )
     depth: str = _key(
-        "deferred", "", "deferred|consistent", "keys of incoming entries: of this frame, or of the last camera"
+        "auto",
+        "",
+        "auto|deferred|consistent",
+        "camera of incoming keys: this frame's, the last; auto: consistent with late",
     )
     colour_every: int = _key(1, "frames", "1..1024", "approximate: the colour of a Gaussian in sight is kept that long")
     motion_scale: float = _key(0.0, "scene units a metre", ">= 0", "of a recorded path; 0: the scene's own, else 1")
@@ -52,6 +55,10 @@ class Settings:
             return 0.5 if late else 1.0
         return float(self.rebuild_share)
 
+    def consistent(self, late: bool) -> bool:
+        """Do incoming entries have the keys of the last camera, as those of the table?"""
+        return late if self.depth == "auto" else self.depth == "consistent"
+
 
 def _check(key: str, value) -> None:
     rules = {
@@ -61,7 +68,7 @@ def _check(key: str, value) -> None:
         "cut_share": lambda v: 0 <= v <= 1,
         "cut_angle": lambda v: 0 <= v <= 180,
         "rebuild_share": lambda v: v == "auto" or 0 <= float(v) <= 1,
-        "depth": lambda v: v in ("deferred", "consistent"),
+        "depth": lambda v: v in ("auto", "deferred", "consistent"),
         "colour_every": lambda v: 1 <= v <= 1024,
         "motion_scale": lambda v: 0 <= v < float("inf"),
         "read_latency": lambda v: 1 <= v <= 4096,
