@@ -1,8 +1,9 @@
 """Which 64-byte lines the raster cores fetch for the feature records of their tables' entries (docs/traffic.md).
 
 Records lie at `place * stride` of the feature table; a record touches one line, or two where it lies across a border.
-Without a cache each entry fetches its lines. With one, each raster core has a set-associative cache of its own with
-least-recently-used replacement; a line that is still on its way counts as present.
+Without a cache each entry fetches its lines. With caches (set-associative, the least recently used line goes) each
+raster core has its own, or all share one, which keeps what tiles of different cores have in common; the cores then take
+turns of a batch. A line that is still on its way counts as present.
 """
 
 from __future__ import annotations
@@ -39,18 +40,22 @@ def fetch(
     stride: int,
     visits: list[np.ndarray],
     cache_kb: int = 0,
+    shared: bool = False,
     ways: int = WAYS,
 ) -> Fetch:
     """Lines of every entry that a core visits; entries of tiles that no core visits fetch nothing.
 
     offsets int64[T + 1], index [E]: the Gaussians of each tile's table in drawing order; place [N]: where a Gaussian's
     record lies; base: byte address of the feature table, a multiple of LINE; visits: for each raster core its tiles in
-    order; cache_kb: KB of all caches together.
+    order; cache_kb: KB of all caches together; shared: it is one cache.
     """
     cores = len(visits)
-    sets = cache_kb * 1024 // (LINE * ways * max(cores, 1))
+    caches = 1 if shared else max(cores, 1)
+    sets = cache_kb * 1024 // (LINE * ways * caches)
     if cache_kb and not sets:
-        raise ValueError(f"record cache of {cache_kb} KB: wants at least {ways} lines of {LINE} bytes a raster core")
+        raise ValueError(
+            f"record caches of {cache_kb} KB: each of {caches} wants at least {ways} lines of {LINE} bytes"
+        )
     visit_at = np.zeros(cores + 1, np.int64)
     np.cumsum([len(tiles) for tiles in visits], out=visit_at[1:])
     tiles = np.concatenate([np.asarray(tiles, np.int64) for tiles in visits]) if cores else np.zeros(0, np.int64)
@@ -58,7 +63,7 @@ def fetch(
     index = np.ascontiguousarray(index, np.int64)
     place = np.ascontiguousarray(place, np.int64)
     need = np.zeros(len(index), np.uint8)
-    asked = _need(offsets, index, place, base, stride, visit_at, tiles, sets, ways, need)
+    asked = _need(offsets, index, place, base, stride, visit_at, tiles, caches, sets, ways, need)
     line_at = np.zeros(len(index) + 1, np.int64)
     _count(need, line_at)
     lines = np.empty(line_at[-1], np.int64)
@@ -81,24 +86,37 @@ def _missed(tags, row, line):
 
 
 @numba.njit(parallel=True, cache=True)
-def _need(offsets, index, place, base, stride, visit_at, tiles, sets, ways, need):
-    """Sets bits of need[e]: 1 the record's first line is fetched, 2 its second. Returns the lines asked for, a core."""
-    cores = len(visit_at) - 1
-    asked = np.zeros(cores, np.int64)
-    for core in numba.prange(cores):
+def _need(offsets, index, place, base, stride, visit_at, tiles, caches, sets, ways, need):
+    """Sets bits of need[e]: 1 the record's first line is fetched, 2 its second. Returns the lines asked of each cache."""
+    each = (len(visit_at) - 1) // caches  # cores of a cache
+    asked = np.zeros(caches, np.int64)
+    for cache in numba.prange(caches):
         tags = np.full((max(sets, 1), ways), -1, np.int64)
-        for visit in range(visit_at[core], visit_at[core + 1]):
-            tile = tiles[visit]
-            for e in range(offsets[tile], offsets[tile + 1]):
-                begin = base + place[index[e]] * stride
-                first = begin // LINE
-                last = (begin + params.RECORD_BYTES - 1) // LINE
-                bits = 0
-                for line in range(first, last + 1):
-                    if sets == 0 or _missed(tags, line % sets, line):
-                        bits |= 1 << (line - first)
-                need[e] = bits
-                asked[core] += last - first + 1
+        visit = visit_at[cache * each : (cache + 1) * each].copy()  # of each core: its tile
+        at = np.zeros(each, np.int64)  # and the entry in it that comes next
+        busy = True
+        while busy:
+            busy = False
+            for k in range(each):
+                if visit[k] == visit_at[cache * each + k + 1]:
+                    continue
+                busy = True
+                begin, end = offsets[tiles[visit[k]]] + at[k], offsets[tiles[visit[k]] + 1]
+                stop = min(begin + params.CHUNK, end)
+                for e in range(begin, stop):
+                    byte = base + place[index[e]] * stride
+                    first = byte // LINE
+                    last = (byte + params.RECORD_BYTES - 1) // LINE
+                    bits = 0
+                    for line in range(first, last + 1):
+                        if sets == 0 or _missed(tags, line % sets, line):
+                            bits |= 1 << (line - first)
+                    need[e] = bits
+                    asked[cache] += last - first + 1
+                at[k] += params.CHUNK
+                if stop == end:
+                    visit[k] += 1
+                    at[k] = 0
     return asked
 
 
