@@ -11,6 +11,7 @@ from golden import params
 LINE = 64  # bytes of a memory access
 BLOCK = 256  # Gaussians that are preprocessed together, and of a cluster
 PAGE = 4096  # bytes: regions start at multiples
+ENTRY_MAX = 16  # bytes of an entry in any description
 PIXEL_BYTES = 4  # 8 bits a channel and one byte unused, as gs_axi_pixel_writer packs them
 
 
@@ -77,7 +78,7 @@ def regions(formats: Formats, scene_n: int, width: int, height: int, entries: in
     """Regions one behind the other, in pages, for a picture of width x height.
 
     entries: most entries that all tables of a frame hold together. A list of each tile starts with a line, so that
-    lists take up to a line a tile more than their entries (8 bytes each at most).
+    lists take up to a line a tile more than their entries (ENTRY_MAX bytes each).
     """
     at = 0
     tiles = -(-width // formats.tile) * -(-height // formats.tile)
@@ -92,7 +93,7 @@ def regions(formats: Formats, scene_n: int, width: int, height: int, entries: in
         return take(size), take(size)
 
     blocks = -(-scene_n // BLOCK)
-    lists = 8 * entries + LINE * tiles
+    lists = ENTRY_MAX * entries + LINE * tiles
     member = 8 + -(-tiles // 8)  # bytes of a Gaussian that covers the picture
     return Regions(
         positions=take(formats.position_stride * scene_n),

@@ -53,9 +53,7 @@ def fetch(
     caches = 1 if shared else max(cores, 1)
     sets = cache_kb * 1024 // (LINE * ways * caches)
     if cache_kb and not sets:
-        raise ValueError(
-            f"record caches of {cache_kb} KB: each of {caches} wants at least {ways} lines of {LINE} bytes"
-        )
+        raise ValueError(f"record cache of {cache_kb} KB in {caches} parts: wants at least {ways} lines in each")
     visit_at = np.zeros(cores + 1, np.int64)
     np.cumsum([len(tiles) for tiles in visits], out=visit_at[1:])
     tiles = np.concatenate([np.asarray(tiles, np.int64) for tiles in visits]) if cores else np.zeros(0, np.int64)
@@ -87,7 +85,7 @@ def _missed(tags, row, line):
 
 @numba.njit(parallel=True, cache=True)
 def _need(offsets, index, place, base, stride, visit_at, tiles, caches, sets, ways, need):
-    """Sets bits of need[e]: 1 the record's first line is fetched, 2 its second. Returns the lines asked of each cache."""
+    """Sets bits of need[e]: 1 the record's first line is fetched, 2 its second. Returns the lines asked for."""
     each = (len(visit_at) - 1) // caches  # cores of a cache
     asked = np.zeros(caches, np.int64)
     for cache in numba.prange(caches):
