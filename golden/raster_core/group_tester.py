@@ -6,12 +6,12 @@ import numba
 import numpy as np
 
 from golden import params
-from golden.raster_core import ellipse_setup
+from golden.raster_core import group_test_unit
 from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.intersection_test_unit import UNIT_LATENCY, bound, squared
+from golden.raster_core.intersection_test_unit import bound, squared
 
 SIDE = params.TILE // params.SUBTILE  # subtiles along a tile's side
-LATENCY = 1 + ellipse_setup.LATENCY + 1 + UNIT_LATENCY  # cycles from the read of a geometry to its hits
+LATENCY = 1 + group_test_unit.LATENCY  # cycles from the read of a geometry to its hits
 
 
 @numba.njit(inline="always")
