@@ -1,10 +1,10 @@
-// gs_late_buffer: three batches of a table: fetches, sorts by fresh key, lends to tester and blender, and writes them back.
+// gs_late_buffer: three batches of a table: their records are fetched and sorted, lent to tester and blender, written back
 //
 //   an entry a cycle in and out, a record every three cycles; entry_ready, tile_ready and feat_ready see registers only
 //
-//   A batch passes these marks, each a bit per bank: closed (its entries are known), loaded (its records are here), ready
-//   (it is sorted, its candidates can be read), issued (all its tests have begun), over (all have ended), blended, written.
-//   The last two free the bank. Each user has a bank number of its own.
+//   A batch passes these marks, each a bit per bank: closed (its entries are known), loaded (its records are here),
+//   ready (it is in order, its candidates can be read), issued (all its tests have begun), over (all have ended), blended,
+//   written. The last two free the bank. Each user has a bank number of its own.
 
 `default_nettype none
 `include "gs_params.vh"
@@ -24,26 +24,22 @@ module gs_late_buffer #(
     input  wire                               rst,
     input  wire [PIXEL_W-1:0]                 cfg_width,  // of the picture, pixels
     input  wire [PIXEL_W-1:0]                 cfg_height,
-    input  wire [$clog2(CHUNK):0]             cfg_first,  // entries in a tile's first batch, 1..CHUNK; holds over a tile
+    input  wire [$clog2(CHUNK):0]             cfg_first,  // most entries of a tile's first batch; holds over a tile
 
-    // tile: pixel origin
+    // tile: pixel origin; entry: its table, a list stream
     input  wire                               tile_valid,
     output wire                               tile_ready,
     input  wire [PIXEL_W-1:0]                 tile_x,
     input  wire [PIXEL_W-1:0]                 tile_y,
-
-    // entry: the tile's table, a list stream
     input  wire                               entry_valid,
     output wire                               entry_ready,
     input  wire                               entry_last,
     input  wire [ENTRY_W-1:0]                 entry_word,
 
-    // feat: a record for each request, in order
+    // feat_req, feat: a record for each request, in order
     input  wire                               feat_valid,
     output wire                               feat_ready,
     input  wire [RECORD_W-1:0]                feat_record,
-
-    // feat_req
     output wire                               feat_req_valid,
     input  wire                               feat_req_ready,
     output wire [INDEX_W-1:0]                 feat_req_index,
@@ -226,8 +222,8 @@ module gs_late_buffer #(
     gs_candidate_matrix #(.CHUNK(CHUNK), .GROUPS(GROUPS)) candidate_matrix (
         .clk(clk), .rst(rst),
         .mask_valid(mask_valid), .mask_bits(mask_bits), .mask_bank(mask_bank), .mask_last(mask_last),
-        .cand_en(cand_en), .cand_bank(test_bank), .cand_group(cand_group), .cand_block(cand_block), .cand_bits(cand_bits),
-        .done(mask_done)
+        .cand_en(cand_en), .cand_bank(test_bank), .cand_group(cand_group), .cand_block(cand_block),
+        .cand_bits(cand_bits), .done(mask_done)
     );
 
     // What tester and blender read
@@ -279,8 +275,7 @@ module gs_late_buffer #(
         if (w1_go) {w1_valid, w1_end} <= {out_more, out_end};
         if (w2_go) {w2_valid, w2_end, w2_word} <= {w1_valid, w1_end, out_word};
         if (out_read) {out_all, out_pos} <= {out_end, out_end ? NONE : out_next};
-        if (out_over) out_all <= 1'b0;
-        if (out_over) out_bank <= behind(out_bank);
+        if (out_over) {out_all, out_bank} <= {1'b0, behind(out_bank)};
         if (rst) {w1_valid, w2_valid, out_all, out_bank, out_pos} <= {5'd0, NONE};
     end
     gs_skid #(.WIDTH(ENTRY_W + SLOT_W + 2)) upd_skid (

@@ -1,10 +1,10 @@
-// gs_late_sorter: keeps the words {key, index} of three batches and puts each batch in order when its fresh keys are there.
+// gs_late_sorter: keeps the words {key, index} of three batches and puts each in order when its fresh keys are there.
 //
 //   takes an index and a key a cycle, gives a sorted entry a cycle; never stalls
 //   cycles: golden/raster_core/late_sorter.py
 //
-//   A bank's memories hold its words as they come until the sorter has been given all of them (fed), then, from position
-//   0 on, in order: the sorter takes all of a batch before it gives the first.
+//   A bank's memories hold its words as they come until the sorter has been given all of them (fed), then, from
+//   position 0 on, in order: the sorter takes all of a batch before it gives the first.
 
 `default_nettype none
 `include "gs_params.vh"
@@ -71,8 +71,8 @@ module gs_late_sorter #(
     wire [WORD_W-1:0]  bank_word [0:2];
     wire [SLOT_W-1:0]  bank_slot [0:2];
 
-    // To the sorter: the next word, or an end beat behind a tile's last one, waits in the memories' output registers. The
-    // first of a tile asks for a command.
+    // To the sorter: the next word, or an end beat behind a tile's last one, waits in the memories' output registers.
+    // The first of a tile asks for a command.
     reg  [WAIT_W-1:0]  waiting;    // keys whose words have not been read
     reg  [1:0]         feed_bank;
     reg  [SLOT_W:0]    feed_slot;
