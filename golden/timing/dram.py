@@ -1,8 +1,8 @@
-"""LPDDR4-3200 at bank level: when each 64-byte access of a frame is served (docs/dram.md).
+"""The memory of a frame: LPDDR4-3200 channels behind a controller, an access at a time (docs/dram.md).
 
-Time inside is in DRAM clocks (1600 MHz), the callers' in core cycles (1 GHz). An access is placed for good when it is
-asked for: at the first clock at which its bank, the ACT spacing and the data bus of its channel are free. All three are
-calendars, not a "busy until", so that an access asked for late finds the gaps in front of those placed before it.
+The callers' time is in core cycles (1 GHz), the time inside in DRAM clocks (1600 MHz). Address map, from the top:
+row, bank, column, channel. Reads are placed when they are asked for; writes are accepted into a queue and drained in
+bunches, behind the reads that are already placed, so that the bus turns once a bunch.
 """
 
 from __future__ import annotations
@@ -12,52 +12,31 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from golden.timing import lpddr4
+from golden.timing.lpddr4 import BANKS, BL, BUS, NEVER, READ, RTRS, SESSIONS, TURN, WRITE, njit
+
 LINE = 64  # bytes of an access: burst length 16 on 32 bits
 PEAK = 12.8  # GB/s of a channel
 CORE_TICKS, DRAM_TICKS = 8, 5  # a core cycle and a DRAM clock in units of 1/8 ns
 
-# Clocks of LPDDR4-3200, 8 Gb x16 dies, one rank
-BL = 8  # data on the bus; also CAS to CAS
-RTRS = 2  # read data to written data
-CL, DQSCK, CWL = 32, 3, 18
-RCD, RPPB, RPAB, RAS = 29, 27, 32, 68  # RC = RAS + RPPB
-RTP, WTR, WR = 14, 16, 28
-RRD = 16  # FAW = 4 * RRD, so it never binds
-RFCAB, REFI = 288, 6247
-READ, WRITE = CL + DQSCK, CWL  # CAS to data
-RECOVER = CWL + BL + WR  # CAS of a write to precharge
-TURN = WTR + READ  # end of written data to read data
-AFTER_REFRESH = RPAB + RFCAB  # begin of a refresh period to its first ACT
-
-BANK_BITS, COLUMN_BITS = 3, 6
-BANKS = 1 << BANK_BITS  # of a channel; a row has 1 << COLUMN_BITS lines
-
-# The controller
 QUEUE = 32  # writes that a channel holds
 HIGH, LOW = 26, 6  # writes at which draining begins and ends: 0.8 and 0.2 of the queue
 CAP = 16  # accesses of a group to one row while its others wait
-
-SESSIONS = 8  # of a bank that are remembered
-ROW, ACT, READY, FIELDS = range(4)  # a session: its row, its ACT, first clock for its precharge
-BUS, ACTS = range(2)  # calendars
-WORDS = 2048  # of 64 clocks: a calendar reaches back 82 us
-READ_END, WRITE_END, WAITING, ACCEPTED = range(2, 6)  # of a channel, behind the calendars' heads
-CHANNEL_FIELDS = 6
+READ_END, WRITE_END, WAITING, ACCEPTED, CHANNEL_FIELDS = range(5)
 Q_LINE, Q_CLOCK, Q_FREED, Q_FIELDS = range(4)
-PAST = -(1 << 40)
-NEVER = 1 << 60
 
-COUNTERS = ("reads", "writes", "row_hits", "row_misses", "row_conflicts", "turnarounds", "last_clock")
-READS, WRITES, HITS, MISSES, CONFLICTS, TURNAROUNDS, LAST = range(len(COUNTERS))
+COUNTERS = (*lpddr4.COUNTERS, "reads", "writes", "turnarounds", "last_clock")
+READS, WRITES, TURNAROUNDS, LAST = range(len(lpddr4.COUNTERS), len(COUNTERS))
 LOG_FIELDS = 6  # channel, bank, row, ACT of the session, CAS, write
 
 
 class DramState(NamedTuple):
     """C channels. Clocks are absolute; what is placed stays."""
 
-    sessions: np.ndarray  # int64[C * BANKS, SESSIONS, FIELDS] in order of time; the last is open until its successor
-    calendar: np.ndarray  # uint64[2, C, WORDS] bit k of word w: at clock 64*w + k no read data, no ACT may start
-    channels: np.ndarray  # int64[C, CHANNEL_FIELDS] last word of each calendar in use, ends of data, writes
+    sessions: np.ndarray  # these three: lpddr4.new_banks
+    calendar: np.ndarray
+    heads: np.ndarray
+    channels: np.ndarray  # int64[C, CHANNEL_FIELDS] ends of read and of written data, writes waiting, writes accepted
     queue: np.ndarray  # int64[C, QUEUE, Q_FIELDS] writes: waiting line and its clock; when place k was free again
     counters: np.ndarray  # int64[len(COUNTERS)]
     log: np.ndarray  # int64[L, LOG_FIELDS] the first L accesses, for tests
@@ -67,152 +46,26 @@ def new_state(channels: int = 4, log: int = 0) -> DramState:
     """An idle memory of `channels` (a power of two) with all banks closed; `log`: accesses to log."""
     if channels < 1 or channels & (channels - 1):
         raise ValueError(f"{channels} channels: wants a power of two")
-    sessions = np.full((channels * BANKS, SESSIONS, FIELDS), PAST, np.int64)
-    sessions[:, :, ROW] = -1
-    state = np.zeros((channels, CHANNEL_FIELDS), np.int64)
-    state[:, [READ_END, WRITE_END]] = PAST
-    queue = np.full((channels, QUEUE, Q_FIELDS), PAST, np.int64)
-    calendar = np.zeros((2, channels, WORDS), np.uint64)
-    return DramState(
-        sessions, calendar, state, queue, np.zeros(len(COUNTERS), np.int64), np.zeros((log, LOG_FIELDS), np.int64)
-    )
+    ends = np.zeros((channels, CHANNEL_FIELDS), np.int64)
+    ends[:, [READ_END, WRITE_END]] = lpddr4.PAST
+    queue = np.full((channels, QUEUE, Q_FIELDS), lpddr4.PAST, np.int64)
+    counters, log = np.zeros(len(COUNTERS), np.int64), np.zeros((log, LOG_FIELDS), np.int64)
+    return DramState(*lpddr4.new_banks(channels), ends, queue, counters, log)
 
 
-@numba.njit(cache=True)
+@njit
 def to_clock(cycle):
     """First DRAM clock that does not begin before core cycle `cycle`."""
     return -(-cycle * CORE_TICKS // DRAM_TICKS)
 
 
-@numba.njit(cache=True)
+@njit
 def to_cycle(clock):
     """First core cycle that does not begin before DRAM clock `clock`."""
     return -(-clock * DRAM_TICKS // CORE_TICKS)
 
 
-_DEBRUIJN = 0x03F79D71B4CB0A89
-_LOWEST = np.zeros(64, np.int64)
-_LOWEST[[((_DEBRUIJN << k) & (2**64 - 1)) >> 58 for k in range(64)]] = np.arange(64)
-_MULTIPLIER = np.uint64(_DEBRUIJN)
-
-
-@numba.njit(cache=True)
-def _first_free(calendar, channels, which, channel, clock):
-    """First clock >= clock that a calendar has free."""
-    at = clock >> 6
-    head = channels[channel, which]
-    shift = np.uint64(clock & 63)
-    while at <= head:
-        free = ~calendar[which, channel, at & (WORDS - 1)] >> shift << shift
-        if free:
-            lowest = free & (~free + np.uint64(1))
-            return (at << 6) + _LOWEST[(lowest * _MULTIPLIER) >> np.uint64(58)]
-        shift = np.uint64(0)
-        at += 1
-    return max(clock, at << 6)
-
-
-@numba.njit(cache=True)
-def _block(calendar, channels, which, channel, low, high):
-    """Make clocks low .. high - 1 of a calendar busy."""
-    first, last = low >> 6, (high - 1) >> 6
-    head = channels[channel, which]
-    if last > head:
-        for at in range(max(head + 1, last - WORDS + 1), last + 1):
-            calendar[which, channel, at & (WORDS - 1)] = 0
-        channels[channel, which] = last
-    full = ~np.uint64(0)
-    mask = full << np.uint64(low & 63)
-    for at in range(first, last):
-        calendar[which, channel, at & (WORDS - 1)] |= mask
-        mask = full
-    calendar[which, channel, last & (WORDS - 1)] |= mask & (full >> np.uint64(63 - ((high - 1) & 63)))
-
-
-@numba.njit(cache=True)
-def _reach(channels, channel):
-    """First clock that both calendars of a channel surely know."""
-    return (max(channels[channel, BUS], channels[channel, ACTS]) - WORDS + 4) << 6
-
-
-@numba.njit(cache=True)
-def _data(calendar, channels, channel, clock, write, after):
-    """First CAS >= clock whose data the bus can take; written data follow `after`, the end of those before."""
-    if write:
-        return max(clock, after - WRITE)
-    return _first_free(calendar, channels, BUS, channel, clock + READ) - READ
-
-
-@numba.njit(cache=True)
-def _activate(calendar, channels, channel, act, late, write, after):
-    """(ACT, CAS, first clock for the precharge) of a session that begins at `act` or later.
-
-    An ACT that cannot be at once goes to a multiple of RRD: placed at the first free clock instead, those of one bank
-    and another would leave gaps of less than 2 * RRD, which no ACT can use (docs/dram.md).
-    """
-    recover = RECOVER if write else RTP
-    while True:
-        if late:
-            act = -(-act // RRD) * RRD
-        free = _first_free(calendar, channels, ACTS, channel, act)
-        if free > act:
-            late = True
-            act = free
-            continue
-        period = act // REFI
-        if act >= period * REFI + AFTER_REFRESH:
-            cas = _data(calendar, channels, channel, act + RCD, write, after)
-            ready = max(act + RAS, cas + recover)
-            if ready <= (period + 1) * REFI:
-                return act, cas, ready
-            period += 1
-        late = False
-        act = period * REFI + AFTER_REFRESH
-
-
-@numba.njit(cache=True)
-def _place(sessions, calendar, channels, counters, channel, bank, row, clock, write, after):
-    """(CAS, ACT of its session) of an access that is there from `clock` on.
-
-    A bank's accesses fall into sessions: ACT, CAS of that row, precharge. The access joins a session of its row or gets
-    one of its own behind a session: the first that leaves enough time to the next session. Writes go behind all.
-    """
-    bank += channel * BANKS
-    at = SESSIONS - 1
-    while not write and at > 0 and sessions[bank, at, ACT] > clock:
-        at -= 1
-    recover = RECOVER if write else RTP
-    while True:
-        limit = sessions[bank, at + 1, ACT] - RPPB if at < SESSIONS - 1 else NEVER
-        opened, ready = sessions[bank, at, ACT], sessions[bank, at, READY]
-        period = opened // REFI
-        if sessions[bank, at, ROW] == row:
-            cas = _data(calendar, channels, channel, max(clock, opened + RCD), write, after)
-            if cas + recover <= min(limit, (period + 1) * REFI):
-                sessions[bank, at, READY] = max(ready, cas + recover)
-                counters[HITS] += 1
-                return cas, opened
-        act = max(clock, ready) + RPPB
-        late = ready > clock
-        closed = act >= (period + 1) * REFI
-        if closed:
-            act = max(clock, (period + 1) * REFI + AFTER_REFRESH)
-        act, cas, ready = _activate(calendar, channels, channel, act, late, write, after)
-        if ready <= limit:
-            break
-        at += 1
-    for k in range(at):
-        for field in range(FIELDS):
-            sessions[bank, k, field] = sessions[bank, k + 1, field]
-    sessions[bank, at, ROW] = row
-    sessions[bank, at, ACT] = act
-    sessions[bank, at, READY] = ready
-    _block(calendar, channels, ACTS, channel, act - RRD + 1, act + RRD)
-    counters[MISSES if closed or act >= (period + 1) * REFI else CONFLICTS] += 1
-    return cas, act
-
-
-@numba.njit(cache=True)
+@njit
 def _log(log, counters, channel, bank, row, act, cas, write):
     k = counters[READS] + counters[WRITES]
     if k < len(log):
@@ -220,37 +73,37 @@ def _log(log, counters, channel, bank, row, act, cas, write):
         log[k, 3], log[k, 4], log[k, 5] = act, cas, write
 
 
-@numba.njit(cache=True)
+@njit
 def _bank_of(rest):
-    return (rest >> COLUMN_BITS) & (BANKS - 1)
+    return (rest >> lpddr4.COLUMN_BITS) & (BANKS - 1)
 
 
-@numba.njit(cache=True)
+@njit
 def _row_of(rest):
-    return rest >> (COLUMN_BITS + BANK_BITS)
+    return rest >> (lpddr4.COLUMN_BITS + lpddr4.BANK_BITS)
 
 
-@numba.njit(cache=True)
+@njit
 def _soonest(sessions, channels, queue, channel, clock, after):
     """Place in the queue of the write that can have its CAS first; of equal ones the oldest."""
     pick, best = 0, NEVER
     for k in range(channels[channel, WAITING]):
         rest = queue[channel, k, Q_LINE]
         bank = channel * BANKS + _bank_of(rest)
-        if sessions[bank, SESSIONS - 1, ROW] == _row_of(rest):
-            cas = sessions[bank, SESSIONS - 1, ACT] + RCD
+        if sessions[bank, SESSIONS - 1, lpddr4.ROW] == _row_of(rest):
+            cas = sessions[bank, SESSIONS - 1, lpddr4.ACT] + lpddr4.RCD
         else:
-            cas = max(clock, sessions[bank, SESSIONS - 1, READY]) + RPPB + RCD
+            cas = max(clock, sessions[bank, SESSIONS - 1, lpddr4.READY]) + lpddr4.RPPB + lpddr4.RCD
         cas = max(cas, after - WRITE)
         if cas < best:
             pick, best = k, cas
     return pick
 
 
-@numba.njit(cache=True)
+@njit
 def _drain(state, channel, clock, count):
     """Write `count` waiting lines in one bunch from `clock` on, behind all read data that are placed."""
-    sessions, calendar, channels, queue, counters, log = state
+    sessions, calendar, heads, channels, queue, counters, log = state
     if channels[channel, READ_END] > channels[channel, WRITE_END]:
         counters[TURNAROUNDS] += 1
     after = max(clock, channels[channel, WRITE_END], channels[channel, READ_END] + RTRS)
@@ -259,7 +112,7 @@ def _drain(state, channel, clock, count):
         pick = _soonest(sessions, channels, queue, channel, clock, after)
         rest = queue[channel, pick, Q_LINE]
         bank, row = _bank_of(rest), _row_of(rest)
-        cas, act = _place(sessions, calendar, channels, counters, channel, bank, row, clock, True, after)
+        cas, act = lpddr4.place(sessions, calendar, heads, counters, channel, bank, row, clock, True, after)
         _log(log, counters, channel, bank, row, act, cas, 1)
         counters[WRITES] += 1
         first = min(first, cas + WRITE)
@@ -271,21 +124,21 @@ def _drain(state, channel, clock, count):
             queue[channel, k, Q_LINE] = queue[channel, k + 1, Q_LINE]
             queue[channel, k, Q_CLOCK] = queue[channel, k + 1, Q_CLOCK]
     channels[channel, WRITE_END] = after
-    _block(calendar, channels, BUS, channel, first - RTRS - BL + 1, after + TURN)
+    lpddr4.block(calendar, heads, BUS, channel, first - RTRS - BL + 1, after + TURN)
     counters[LAST] = max(counters[LAST], after)
 
 
-@numba.njit(cache=True)
+@njit
 def _drain_if_idle(state, channel, clock):
     """Write what waits if the channel had the time for it before `clock`."""
     channels = state.channels
     n = channels[channel, WAITING]
     begin = max(channels[channel, READ_END] + RTRS, channels[channel, WRITE_END], state.queue[channel, n - 1, Q_CLOCK])
-    if begin + RPPB + RCD + WRITE + n * BL + TURN < clock:
+    if begin + lpddr4.RPPB + lpddr4.RCD + WRITE + n * BL + TURN < clock:
         _drain(state, channel, begin, n)
 
 
-@numba.njit(cache=True)
+@njit
 def _channel_bits(channels):
     bits = 0
     while 1 << bits < len(channels):
@@ -293,18 +146,19 @@ def _channel_bits(channels):
     return bits
 
 
-@numba.njit(cache=True)
+@njit
 def serve(state, cycle, line, write):
     """One 64-byte access, asked for at core cycle `cycle`: the cycle in which a read's data are there, or in which a
     write is accepted. line: byte address / 64. Callers come nearly in the order of time."""
-    sessions, calendar, channels, queue, counters, log = state
+    sessions, calendar, heads, channels, queue, counters, log = state
     channel = line & (len(channels) - 1)
     rest = line >> _channel_bits(channels)
-    clock = max(to_clock(cycle), _reach(channels, channel))
+    clock = max(to_clock(cycle), lpddr4.reach(heads, channel))
     if channels[channel, WAITING]:
         _drain_if_idle(state, channel, clock)
     if write:
-        clock = max(clock, queue[channel, channels[channel, ACCEPTED] & (QUEUE - 1), Q_FREED])
+        freed = queue[channel, channels[channel, ACCEPTED] & (QUEUE - 1), Q_FREED]
+        clock = max(clock, freed)
         place = channels[channel, WAITING]
         queue[channel, place, Q_LINE] = rest
         queue[channel, place, Q_CLOCK] = clock
@@ -312,12 +166,12 @@ def serve(state, cycle, line, write):
         channels[channel, ACCEPTED] += 1
         if channels[channel, WAITING] == HIGH:
             _drain(state, channel, clock, HIGH - LOW)
-        return to_cycle(clock)
+        return max(cycle, to_cycle(freed))
     bank, row = _bank_of(rest), _row_of(rest)
-    cas, act = _place(sessions, calendar, channels, counters, channel, bank, row, clock, False, 0)
+    cas, act = lpddr4.place(sessions, calendar, heads, counters, channel, bank, row, clock, False, 0)
     _log(log, counters, channel, bank, row, act, cas, 0)
     end = cas + READ + BL
-    _block(calendar, channels, BUS, channel, end - 2 * BL + 1, end)
+    lpddr4.block(calendar, heads, BUS, channel, end - 2 * BL + 1, end)
     channels[channel, READ_END] = max(channels[channel, READ_END], end)
     counters[READS] += 1
     counters[LAST] = max(counters[LAST], end)
@@ -347,7 +201,7 @@ def serve_group(state, cycle, lines, write, out):
                 continue
             row = _row_of(lines[i] >> bits)
             bank = (lines[i] & (len(channels) - 1)) * BANKS + _bank_of(lines[i] >> bits)
-            if hits and state.sessions[bank, SESSIONS - 1, ROW] != row:
+            if hits and state.sessions[bank, SESSIONS - 1, lpddr4.ROW] != row:
                 continue
             served = 0
             j = i
@@ -358,13 +212,13 @@ def serve_group(state, cycle, lines, write, out):
                 j = following[j]
 
 
-@numba.njit(cache=True)
+@njit
 def flush(state, cycle):
     """Write everything that waits; the core cycle in which the last data are in the memory."""
     for channel in range(len(state.channels)):
         n = state.channels[channel, WAITING]
         if n:
-            _drain(state, channel, to_clock(cycle), n)
+            _drain(state, channel, max(to_clock(cycle), state.queue[channel, n - 1, Q_CLOCK]), n)
     return max(cycle, to_cycle(state.counters[LAST]))
 
 
@@ -372,5 +226,54 @@ def counters(state: DramState) -> dict[str, int]:
     """What happened: COUNTERS, the clocks with data on a bus (busy_clocks) and refreshes, summed over the channels."""
     values = dict(zip(COUNTERS, state.counters.tolist()))
     values["busy_clocks"] = BL * (values["reads"] + values["writes"])
-    values["refreshes"] = len(state.channels) * (values["last_clock"] // REFI + 1)
+    values["refreshes"] = len(state.channels) * (values["last_clock"] // lpddr4.REFI + 1)
     return values
+
+
+class Result(NamedTuple):
+    """Of `run`: n accesses."""
+
+    asked: np.ndarray  # int64[n] core cycles
+    done: np.ndarray  # int64[n] core cycles, as `serve` gives them
+    cycles: int  # from the first to the last data
+    share: float  # of the peak bandwidth
+    counters: dict[str, int]
+
+
+@numba.njit(cache=True)
+def _run(state, lines, writes, cycles, queue, asked, done):
+    busy = np.zeros((len(state.channels), queue), np.int64)  # reads of a channel: when their data come
+    now = np.int64(0)
+    for i in range(len(lines)):
+        now = max(now, cycles[i])
+        channel = lines[i] & (len(state.channels) - 1)
+        place = 0
+        if not writes[i]:
+            place = np.argmin(busy[channel])
+            now = max(now, busy[channel, place])
+        asked[i] = now
+        done[i] = serve(state, now, lines[i], writes[i])
+        if writes[i]:
+            now = done[i]
+        else:
+            busy[channel, place] = done[i]
+
+
+def run(
+    lines, writes=None, cycles=None, channels: int = 4, queue: int = QUEUE, state: DramState | None = None
+) -> Result:
+    """A whole trace, in order, from one source that has at most `queue` reads in each channel.
+
+    lines int64[n]; writes bool[n], default reads; cycles int64[n]: not asked for before, default as soon as possible.
+    """
+    lines = np.ascontiguousarray(lines, np.int64)
+    n = len(lines)
+    writes = np.zeros(n, np.bool_) if writes is None else np.ascontiguousarray(writes, np.bool_)
+    cycles = np.zeros(n, np.int64) if cycles is None else np.ascontiguousarray(cycles, np.int64)
+    state = new_state(channels) if state is None else state
+    asked, done = np.zeros((2, n), np.int64)
+    _run(state, lines, writes, cycles, queue, asked, done)
+    end = flush(state, asked[-1] if n else 0)
+    span = end - int(asked[0]) if n else 0
+    share = n * LINE / (max(span, 1) * PEAK * len(state.channels))
+    return Result(asked, done, span, share, counters(state))
