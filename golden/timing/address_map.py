@@ -11,6 +11,11 @@ from golden import params
 LINE = 64  # bytes of a memory access
 BLOCK = 256  # Gaussians that are preprocessed together, and of a cluster
 PAGE = 4096  # bytes: regions start at multiples
+SPHERE_BYTES = 32  # of a cluster: centre, spread and reach, float32
+START_BYTES = 8  # of a block: where its membership data start
+HEAD_BYTES = 32  # of a block's membership data: one bit a Gaussian, visible or not
+MEMBER_BYTES = 8  # of a visible Gaussian: the rectangle of its tiles in 24 bits, then one bit a tile
+MEMBER_TILES = 40  # that fit into those; more take bytes of their own
 ENTRY_MAX = 16  # bytes of an entry in any description
 PIXEL_BYTES = 4  # 8 bits a channel and one byte unused, as gs_axi_pixel_writer packs them
 
@@ -64,7 +69,7 @@ class Regions:
     rest: int
     harmonics: int
     clusters: int
-    blocks: tuple[int, int]  # 8 bytes a block: where its membership data start
+    blocks: tuple[int, int]
     members: tuple[int, int]
     features: tuple[int, int]
     incoming: tuple[int, int]
@@ -94,14 +99,14 @@ def regions(formats: Formats, scene_n: int, width: int, height: int, entries: in
 
     blocks = -(-scene_n // BLOCK)
     lists = ENTRY_MAX * entries + LINE * tiles
-    member = 8 + -(-tiles // 8)  # bytes of a Gaussian that covers the picture
+    member = MEMBER_BYTES + -(-tiles // 8)  # bytes of a Gaussian that covers the picture
     return Regions(
         positions=take(formats.position_stride * scene_n),
         rest=take(formats.rest_step * scene_n),
         harmonics=take(formats.harmonics_bytes * scene_n if formats.split else 0),
-        clusters=take(32 * blocks),
-        blocks=both(8 * blocks),
-        members=both(32 * blocks + member * scene_n),
+        clusters=take(SPHERE_BYTES * blocks),
+        blocks=both(START_BYTES * blocks),
+        members=both(HEAD_BYTES * blocks + member * scene_n),
         features=both(formats.record_stride * scene_n),
         incoming=both(lists),
         scratch=take(lists),

@@ -7,37 +7,20 @@ read and written once. What the units compute: golden/preprocess.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
 
-from golden import params
 from golden.preprocess.projection import ALPHA_CUT
-from golden.timing.address_map import BLOCK, LINE, Formats, Regions
+from golden.timing.address_map import Formats, Regions
 from golden.timing.clusters import Store, seen
-from golden.timing.combine import append, flush, new_buffer
+from golden.timing.preprocess_lines import KINDS, Bases, Blocks, Steps, Who, extra_bytes, fill, room
 
 if TYPE_CHECKING:
     from golden.frame import Frame
 
 UNITS = 4  # projection, colour and duplication units each (Neo, Table 1)
-CULL_CYCLES = 1  # a block that is culled whole
-KINDS = ("positions", "rest", "harmonics", "old colours", "membership", "clusters", "records", "incoming")
-_POSITIONS, _REST, _HARMONICS, _OLD, _MEMBERS, _CLUSTERS, _RECORDS, _INCOMING = range(len(KINDS))
-HEAD_BYTES = 32  # of a block's membership data: one bit a Gaussian, visible or not
-MEMBER_BYTES = 8  # of a visible Gaussian: the rectangle of its tiles in 24 bits, then one bit a tile
-MEMBER_TILES = 40  # that fit into those
-
-
-class Blocks(NamedTuple):
-    """B blocks in order; those that are culled whole have CULL_CYCLES cycles and next to no lines."""
-
-    cycles: np.ndarray  # int64[B]
-    read_at: np.ndarray  # int64[B + 1]
-    read: np.ndarray  # int64[..] lines
-    write_at: np.ndarray  # int64[B + 1]
-    write: np.ndarray  # int64[..] lines
 
 
 @dataclass(frozen=True)
@@ -72,43 +55,41 @@ def preprocess(
     two generations of a region. lists: (starts int64[T + 1] byte addresses (address_map.list_starts), offsets
     int64[T + 1], index [E]): the Gaussians that preprocessing lists for each tile, in any order.
     """
-    n = len(stored.order)
+    n, blocks, this = len(stored.order), stored.blocks, number & 1
+    f = formats
     visible = frame.features.visible
     before = np.zeros(n, np.bool_) if last is None else last.visible
-    blocks = stored.blocks
-    none = np.zeros(blocks, np.int64)
-    every = formats.colour_every
-    fresh = visible & ((np.arange(n) % every == number % every) | ~before)
-    if formats.clusters:
-        alive = seen(frame.camera, stored.centre, stored.spread, stored.block_reach)
-    else:
-        alive = np.ones(blocks, np.bool_)
-    needs_rest = seen(frame.camera, stored.means, np.zeros(n), stored.reach) if formats.reach else visible
-    tiles_tested = tiles_in_box(frame, formats.tile)
-    by_place = _by_place(lists[1], lists[2], stored.place, n)
-    this = number & 1
-    entries = len(lists[2])
-    extra = int(_extra(tiles_tested).sum())
-    size = _bound(formats, n, blocks, entries, extra)
-    out = Blocks(
-        np.zeros(blocks, np.int64), np.zeros(blocks + 1, np.int64), np.empty(size[0], np.int64),
-        np.zeros(blocks + 1, np.int64), np.empty(size[1], np.int64),
+    fresh = visible & ((np.arange(n) % f.colour_every == number % f.colour_every) | ~before)
+    who = Who(
+        order=stored.order,
+        alive=seen(frame.camera, stored.centre, stored.spread, stored.block_reach)
+        if f.clusters
+        else np.ones(blocks, np.bool_),
+        rest=seen(frame.camera, stored.means, np.zeros(n), stored.reach) if f.reach else visible,
+        visible=visible,
+        fresh=fresh,
+        old=visible & ~fresh,
+        record=visible | before if f.membership else visible,
+        tested=tiles_in_box(frame, f.tile),
+    )
+    steps = Steps(
+        f.position_stride, f.rest_step, f.rest_bytes, f.harmonics_bytes, f.split, f.membership, f.clusters,
+        f.record_stride, f.incoming_bytes, f.incoming_lines == "artifact", f.combine_lines, colour_cycles(f.degree),
+        units,
     )  # fmt: skip
+    bases = Bases(
+        at.positions, at.rest, at.harmonics, at.clusters, at.blocks[1 - this], at.blocks[this], at.members[1 - this],
+        at.members[this], at.features[1 - this], at.features[this],
+    )  # fmt: skip
+    starts, offsets, index = lists
+    out = room(f, n, blocks, len(index), int(extra_bytes(who.tested).sum()))
+    none = np.zeros(blocks, np.int64)
     members = Members(visible, np.zeros(blocks, np.int64), np.zeros(blocks, np.int64))
     lines = np.zeros((len(KINDS), 2), np.int64)
-    numbers = np.array(
-        [formats.position_stride, formats.rest_step, formats.rest_bytes, formats.harmonics_bytes, formats.split,
-         formats.membership, formats.clusters, formats.record_stride, formats.incoming_bytes,
-         formats.incoming_lines == "artifact", formats.combine_lines, colour_cycles(formats.degree), units]
-    )  # fmt: skip
-    bases = np.array(
-        [at.positions, at.rest, at.harmonics, at.features[1 - this], at.members[1 - this], at.members[this],
-         at.blocks[1 - this], at.blocks[this], at.clusters, at.features[this]]
-    )  # fmt: skip
-    _blocks(
-        stored.order, visible, before, fresh, needs_rest, alive, tiles_tested, by_place,
-        none if last is None else last.begin, none if last is None else last.end, np.asarray(lists[0], np.int64),
-        numbers, bases, members.begin, members.end, out, lines,
+    fill(
+        who, steps, bases, (none, none) if last is None else (last.begin, last.end),
+        _by_place(offsets, np.ascontiguousarray(index, np.int64), stored.place, n), np.asarray(starts, np.int64),
+        (members.begin, members.end), out, lines,
     )  # fmt: skip
     read, write = out.read[: out.read_at[-1]], out.write[: out.write_at[-1]]
     return Preprocessed(out._replace(read=read, write=write), members, lines)
@@ -156,121 +137,3 @@ def _by_place(offsets, index, place, n):
             tile[cursor[p]] = t
             cursor[p] += 1
     return start, tile
-
-
-def _bound(formats: Formats, n: int, blocks: int, entries: int, extra: int) -> tuple[int, int]:
-    """More lines than can be read and written."""
-    members = blocks * 6 + ((HEAD_BYTES + LINE) * blocks + MEMBER_BYTES * n + extra) // LINE
-    strides = formats.position_stride + formats.rest_step + formats.harmonics_bytes + 2 * formats.record_stride
-    return n * strides // LINE + 8 * blocks + 2 * n + members, n + 2 * members + 3 * entries + n * formats.record_stride
-
-
-@numba.vectorize(cache=True)
-def _extra(tiles):
-    """Bytes of membership data beyond MEMBER_BYTES of a Gaussian whose rectangle holds so many tiles."""
-    return max(tiles - MEMBER_TILES + 7, 0) // 8
-
-
-@numba.njit(cache=True)
-def _range(out, at, begin, end, after):
-    """Appends the lines of bytes begin .. end - 1 that lie behind line `after`; (next place, last line of all)."""
-    for line in range(max(begin // LINE, after + 1), (end + LINE - 1) // LINE):
-        out[at] = line
-        at += 1
-        after = line
-    return at, after
-
-
-@numba.njit(cache=True)
-def _blocks(
-    order, visible, before, fresh, needs_rest, alive, tested, by_place, last_begin, last_end, list_at, numbers, bases,
-    member_begin, member_end, out, lines,
-):  # fmt: skip
-    """Fills member_begin, member_end, out and lines. numbers, bases: in the order in which they are named first."""
-    (position_step, rest_step, rest_bytes, harmonics_bytes, split, membership, clusters, record_step, entry_bytes,
-     artifact, combine_lines, colour, units) = numbers  # fmt: skip
-    (positions, rest, harmonics, old, last_members, members, last_blocks, this_blocks, sphere, records) = bases
-    list_start, list_tile = by_place
-    n = len(order)
-    buffer = new_buffer(len(list_at) - 1, combine_lines)
-    nr = nw = 0
-    last_line = -1  # of the membership data of the last frame that was read
-    cursor = 0  # bytes of membership data written
-    for b in range(len(alive)):
-        first, end = b * BLOCK, min((b + 1) * BLOCK, n)
-        # Read
-        mark = nr
-        if clusters and b % (LINE // 32) == 0:
-            nr, _ = _range(out.read, nr, sphere + 32 * b, sphere + 32 * b + 1, -1)
-        if membership and b % (LINE // 8) == 0:
-            nr, _ = _range(out.read, nr, last_blocks + 8 * b, last_blocks + 8 * b + 1, -1)
-        lines[_CLUSTERS, 0] += nr - mark
-        if alive[b]:
-            mark = nr
-            nr, _ = _range(out.read, nr, positions + first * position_step, positions + end * position_step, -1)
-            lines[_POSITIONS, 0] += nr - mark
-            mark, seen_line = nr, -1
-            for p in range(first, end):
-                if needs_rest[order[p]]:
-                    begin = rest + p * rest_step
-                    nr, seen_line = _range(out.read, nr, begin, begin + rest_bytes, seen_line)
-            lines[_REST, 0] += nr - mark
-            if split:
-                mark, seen_line = nr, -1
-                for p in range(first, end):
-                    if fresh[order[p]]:
-                        begin = harmonics + p * harmonics_bytes
-                        nr, seen_line = _range(out.read, nr, begin, begin + harmonics_bytes, seen_line)
-                lines[_HARMONICS, 0] += nr - mark
-                mark, seen_line = nr, -1
-                for p in range(first, end):
-                    if visible[order[p]] and not fresh[order[p]]:
-                        begin = old + p * record_step
-                        nr, seen_line = _range(out.read, nr, begin, begin + params.RECORD_BYTES, seen_line)
-                lines[_OLD, 0] += nr - mark
-        if membership and last_end[b] > last_begin[b]:
-            mark = nr
-            stop = last_end[b] if alive[b] else last_begin[b] + HEAD_BYTES
-            nr, last_line = _range(out.read, nr, last_members + last_begin[b], last_members + stop, last_line)
-            lines[_MEMBERS, 0] += nr - mark
-        out.read_at[b + 1] = nr
-
-        # Write
-        mark, seen_line = nw, -1
-        tests = longest = coloured = size = 0
-        for p in range(first, end):
-            g = order[p]
-            if visible[g] or (membership and before[g]):  # who left gets a record that no test hits
-                begin = records + p * record_step
-                nw, seen_line = _range(out.write, nw, begin, begin + params.RECORD_BYTES, seen_line)
-            if visible[g]:
-                tests += tested[g]
-                longest = max(longest, tested[g])
-                coloured += fresh[g]
-                size += MEMBER_BYTES + _extra(tested[g])
-        lines[_RECORDS, 1] += nw - mark
-        mark = nw
-        member_begin[b] = member_end[b] = cursor
-        if membership and size:
-            cursor += HEAD_BYTES + size
-            member_end[b] = cursor
-        final = b == len(alive) - 1
-        done = -(-cursor // LINE) * LINE if final else cursor // LINE * LINE  # the last line may not be full
-        nw, _ = _range(out.write, nw, members + member_begin[b] // LINE * LINE, members + done, -1)
-        lines[_MEMBERS, 1] += nw - mark
-        mark = nw
-        if membership and (final or b % (LINE // 8) == LINE // 8 - 1):
-            nw, _ = _range(out.write, nw, this_blocks + 8 * b, this_blocks + 8 * b + 1, -1)
-        lines[_CLUSTERS, 1] += nw - mark
-        mark = nw
-        for k in range(list_start[first], list_start[end]):
-            nw = append(buffer, out.write, nw, list_tile[k], list_at, entry_bytes, artifact)
-        if final and not artifact:
-            nw = flush(buffer, out.write, nw, list_at)
-        lines[_INCOMING, 1] += nw - mark
-        out.write_at[b + 1] = nw
-
-        # Compute: three kinds of units, one behind the other, on different blocks at a time
-        busy = max(-(-(end - first) // units), -(-coloured * colour // units))
-        busy = max(busy, max(-(-tests // units), longest))
-        out.cycles[b] = busy if alive[b] else CULL_CYCLES
