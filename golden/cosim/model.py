@@ -10,11 +10,10 @@ import numpy as np
 
 from golden import dma, params, records
 from golden.cosim import build
+from golden.slice import Places
 
 SLOT = 64  # bytes: tables begin at multiples of it
 STEP = 50_000  # cycles between two looks at the progress
-READ_PORTS = tuple(f"{name}{c}" for name in ("sort", "insert") for c in range(params.SORT_CORES)) + ("table", "feature")
-WRITE_PORTS = (*(f"sort{c}" for c in range(params.SORT_CORES)), "table", "pixel")
 RUNNING, FINISHED = 0, 1
 
 
@@ -135,16 +134,21 @@ class Slice:
             raise CosimError(self._library.slice_message(self._slice).decode())
         return None if status == FINISHED else self.progress()
 
+    def places(self) -> Places:
+        """Where the frame that was started last lies in memory."""
+        feature, frame, stride = map(int, self.config[5:8])
+        return Places(np.ascontiguousarray(self.tiles[:, [2, 4, 6, 7]]), feature, frame, stride)
+
     def progress(self) -> Progress:
         numbers = np.zeros(5, np.int64)
         self._library.slice_progress(self._slice, _at(numbers))
         return Progress(*map(int, numbers))
 
     def counters(self) -> dict[str, int]:
-        numbers = np.zeros((len(READ_PORTS) + len(WRITE_PORTS), 2), np.int64)
+        numbers = np.zeros((dma.PORTS, 2), np.int64)
         self._library.slice_counters(self._slice, _at(numbers))
         result = {"cycles": self.progress().cycle}
-        names = [f"{port}_read" for port in READ_PORTS] + [f"{port}_write" for port in WRITE_PORTS]
+        names = [f"{port}_read" for port in dma.READ_PORTS] + [f"{port}_write" for port in dma.WRITE_PORTS]
         for name, (beats, bursts) in zip(names, numbers.tolist(), strict=True):
             result[f"{name}_beats"] = beats
             result[f"{name}_bursts"] = bursts

@@ -31,15 +31,15 @@ def blocks(words: np.ndarray) -> list[tuple[int | None, int, int]]:
 
 
 @numba.njit(cache=True)
-def load(fill, arrivals, record, latency, interval):
-    """(cycle behind the last beat, arrival of the last record): entries taken from cycle `fill` on, one a cycle.
+def load(fill, arrivals, requests):
+    """Cycle behind the last of len(requests) entries, taken from cycle `fill` on, one a cycle.
 
-    A request leaves one cycle behind its entry; its record comes `latency` later, and `interval` behind the last one.
+    Fills requests: each request leaves one cycle behind its entry.
     """
-    for arrival in arrivals:
-        fill = max(fill, arrival) + 1
-        record = max(fill + latency, record + interval)
-    return fill, record
+    for k in range(len(requests)):
+        fill = max(fill, arrivals[k]) + 1
+        requests[k] = fill
+    return fill
 
 
 @numba.njit(inline="always", cache=True)

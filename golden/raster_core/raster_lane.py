@@ -1,78 +1,168 @@
 """gs_raster_lane: the raster core with its memory ports, and when it has finished a tile.
 
 Cycles are named as in timing.py. The table of a tile comes through a list reader, features through a queue and a record
-reader; all tables and pixels are taken at once. The queue takes up the second bursts of records that lie across a 4 KB
-border; `exact` tells whether it is long enough, which it is but for tables made to fill it.
+reader; all tables and pixels are taken at once. `step` takes the lane through one tile on the memory of golden/dma.py.
+With another memory its parts are called one by one:
+
+    begin_tile      the list reader takes its command; the caller finds when the entries come
+    request_batch   tells when records are asked for; the caller finds when they come
+    work_batch      tells when the batch is written back
+    end_tile        tells when the pixels are written; the caller finds when both have been answered
+    finish_tile     done
+
+A batch may be requested before the work of the one before it, a tile begun before the last one is finished.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from golden import dma, params
 from golden.raster_core import timing
+from golden.records import INDEX_MASK
 
 TILES = 8  # between start and done
 REQUESTS = 32  # the queue's words
-REQUEST_DELAY = 2 + dma.RECORD_CYCLES  # request to record, beside the memory's latency: queue, record reader
-RECORD_INTERVAL = params.RECORD_BYTES // dma.BEAT
+PIXEL_BYTES = 4
+BEAT_PIXELS = dma.PIXEL_BEAT // PIXEL_BYTES
 
 # State of the lane, behind that of the core
 LIST_FREE = timing.STATE_N  # the list reader takes a command
 DONES = LIST_FREE + 1  # done beats of the last TILES tiles, in a ring
-COUNT = DONES + TILES  # tiles so far
-STATE_N = COUNT + 1
+BEGUN = DONES + TILES  # tiles so far
+FINISHED = BEGUN + 1
+ROOM = FINISHED + 1  # the core has room for a request
+PUSHED = ROOM + 1  # the last request went into the queue (a past cycle)
+INDEX = PUSHED + 1  # the record reader took the last index (a past cycle)
+READER = INDEX + 1  # the record reader can take an index
+PULLED = READER + 1  # when the last REQUESTS requests left the queue's words, in a ring
+REQUESTED = PULLED + REQUESTS  # requests so far
+STATE_N = REQUESTED + 1
 
 START, PX_FIRST, PX_LAST, DONE, TIMES_N = range(5)
+
+
+class View(NamedTuple):
+    """The picture and where it lies: pixels, byte addresses of record 0 and of pixel (0, 0), bytes from row to row."""
+
+    width: int
+    height: int
+    feature: int
+    frame: int
+    stride: int
 
 
 def new_state(origin: int = 0) -> np.ndarray:
     """State int64[STATE_N] of a lane whose reset is low from cycle `origin` on."""
     state = np.full(STATE_N, origin - 1, np.int64)
     state[: timing.STATE_N] = timing.new_state(origin)
-    state[LIST_FREE] = origin
-    state[COUNT] = 0
+    state[[LIST_FREE, READER]] = origin
+    state[[BEGUN, FINISHED, REQUESTED]] = 0
     return state
 
 
 @numba.njit(cache=True)
-def step(state, start, n, counts, beats, read, write, times):
-    """One tile: start is offered from cycle `start` on, with n entries; done is taken at once.
+def begin_tile(state, start):
+    """(start taken, list reader's command taken): start is offered from cycle `start` on.
 
-    state int64[STATE_N], updated; counts: of rasterise; beats: timing.pixel_beats; read, write: the memory's latencies.
-    Fills times int64[TIMES_N].
-
-    The core and the list reader take the tile each as soon as it can; the later of them ends the start (START). Done is
-    one cycle behind the later of the last responses; those of the tile before come earlier.
+    The core and the list reader take the tile each as soon as it can; the later of them ends the start. The tile TILES
+    before must be finished.
     """
-    ring = DONES + state[COUNT] % TILES
-    offered = max(start, state[ring] + 1)
+    offered = max(start, state[DONES + state[BEGUN] % TILES] + 1)
     listed = max(offered, state[LIST_FREE])
-    arrivals = dma.list_arrival(listed, n, read)
-    core = np.empty(timing.TIMES_N, np.int64)
-    blocks = np.empty((n // params.CHUNK + 1, 2), np.int64)
-    timing.step(
-        state[: timing.STATE_N], offered, arrivals, counts, beats, read + REQUEST_DELAY, RECORD_INTERVAL, core, blocks
-    )
-    state[LIST_FREE] = dma.list_next(core[timing.END_TAKEN])
-    last = len(blocks) - 1
-    entry = blocks[last - 1, 1] if n > 0 and n % params.CHUNK == 0 else blocks[last, 1]
-    answered = max(dma.written(entry, blocks[last, 1], n, write), dma.pixels_written(core[timing.PX_LAST], write))
-    times[START] = max(listed, core[timing.TAKEN])
-    times[PX_FIRST] = core[timing.PX_FIRST]
-    times[PX_LAST] = core[timing.PX_LAST]
-    times[DONE] = answered
-    state[ring] = times[DONE]
-    state[COUNT] += 1
+    state[BEGUN] += 1
+    return max(listed, timing.begin_tile(state[: timing.STATE_N], offered)), listed
 
 
-def exact(indices: np.ndarray, base: int = 0) -> bool:
-    """Whether the request queue can never be full: int64[E] indices of the tables in the order they are read.
+@numba.njit(cache=True)
+def _ask(state, request, bursts):
+    """Cycle of the first AR of a record that the core requests from cycle `request` on; bursts: 1 or 2.
 
-    At most two batches of requests can leave one a cycle, then the core waits for a bank; every one with two bursts
-    leaves one more request behind.
+    The core's skid holds two requests, the queue REQUESTS and one more at its head, which is a cycle behind the word.
     """
-    split = np.concatenate([[0], np.cumsum(dma.record_split(np.asarray(indices, np.int64), base))])
-    window = min(2 * params.CHUNK, len(split) - 1)
-    return bool(np.max(split[window:] - split[: len(split) - window], initial=0) <= REQUESTS)
+    at = PULLED + state[REQUESTED] % REQUESTS
+    state[ROOM] = state[PUSHED] + 1
+    state[PUSHED] = max(request, state[PUSHED] + 1, state[at] + 1)
+    state[at] = max(state[PUSHED] + 1, state[INDEX])
+    state[INDEX] = max(state[at] + 1, state[READER])
+    state[READER] = state[INDEX] + bursts
+    state[REQUESTED] += 1
+    return state[INDEX] + 1
+
+
+@numba.njit(cache=True)
+def request_batch(state, arrivals, heads, asked):
+    """Entries of the tile's next batch; returns the cycle behind its last beat.
+
+    arrivals: as of timing.request_batch; heads int64[m]: dma.record_head of its records. Fills asked int64[m]: cycle of
+    each record's first AR.
+    """
+    core = state[: timing.STATE_N]
+    fill = timing.open_batch(core)
+    m = len(asked)
+    for k in range(m):
+        fill = max(fill, arrivals[k], state[ROOM]) + 1
+        asked[k] = _ask(state, fill, 1 if heads[k] == dma.RECORD_BEATS else 2)
+    last = m < params.CHUNK
+    if last:
+        end = max(fill, arrivals[m], state[ROOM])
+        state[LIST_FREE] = dma.list_next(end)
+        fill = end + 1
+    timing.close_batch(core, fill, last)
+    return fill
+
+
+@numba.njit(cache=True)
+def work_batch(state, m, record, counts, block):
+    """timing.work_batch."""
+    timing.work_batch(state[: timing.STATE_N], m, record, counts, block)
+
+
+@numba.njit(cache=True)
+def end_tile(state, beats):
+    """timing.end_tile."""
+    return timing.end_tile(state[: timing.STATE_N], beats)
+
+
+@numba.njit(cache=True)
+def finish_tile(state, written):
+    """Cycle of the done of the oldest tile; written: both writers have it done. Done is taken at once."""
+    last = DONES + (state[FINISHED] - 1) % TILES
+    at = DONES + state[FINISHED] % TILES
+    state[at] = max(written, state[last] + 1)
+    state[FINISHED] += 1
+    return state[at]
+
+
+@numba.njit(cache=True)
+def step(state, start, words, address, x, y, counts, view, latency, ports, times):
+    """One tile: start is offered from cycle `start` on; done is taken at once.
+
+    state int64[STATE_N] and ports, updated; words int64[n]: the table, at byte `address`; x, y: pixel origin; counts:
+    of rasterise. Fills times int64[TIMES_N].
+    """
+    n = len(words)
+    times[START], listed = begin_tile(state, start)
+    arrivals = dma.list_arrival(listed, n, address, dma.TABLE, ports, latency)
+    heads = np.empty(params.CHUNK, np.int64)
+    asked = np.empty(params.CHUNK, np.int64)
+    block = np.empty(2, np.int64)
+    for batch in range(n // params.CHUNK + 1):
+        first = batch * params.CHUNK
+        m = min(params.CHUNK, n - first)
+        for k in range(m):
+            heads[k] = dma.record_head(words[first + k] & INDEX_MASK, view.feature)
+        request_batch(state, arrivals[first : first + params.CHUNK], heads[:m], asked[:m])
+        records = dma.record_arrivals(asked[:m], heads[:m], dma.FEATURE, ports, latency)
+        work_batch(state, m, records[m - 1] if m > 0 else 0, counts[batch : batch + 1], block)
+        dma.write_block(block[0], m, address + first * params.ENTRY_BYTES, dma.DRAWN_TABLE, ports, latency)
+    rows = min(params.TILE, view.height - y)
+    columns = (min(params.TILE, view.width - x) + BEAT_PIXELS - 1) // BEAT_PIXELS
+    times[PX_FIRST], times[PX_LAST] = end_tile(state, rows * columns)
+    pixels = view.frame + y * view.stride + x * PIXEL_BYTES
+    dma.write_pixels(times[PX_FIRST], rows, columns, pixels, view.stride, dma.PIXEL, ports, latency)
+    table = dma.written(block[1], dma.DRAWN_TABLE, ports)
+    times[DONE] = finish_tile(state, max(table, dma.written(times[PX_LAST], dma.PIXEL, ports)))

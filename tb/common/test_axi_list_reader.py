@@ -65,7 +65,9 @@ async def test_cycles_equal_golden(dut, read):
         sink.clear()
         cmd.send([(at, len(words))])
         await sink.wait(len(words) + 1)
-        assert sink.cycles == list(dma.list_arrival(cmd.cycles[-1], len(words), read))
+        latency = dma.Latency(read=read)
+        want = dma.list_arrival(cmd.cycles[-1], len(words), at, dma.TABLE, dma.new_ports(), latency)
+        assert sink.cycles == want.tolist()
 
 
 @cocotb.test()

@@ -1,6 +1,7 @@
 """gs_axi_record_reader: each index brings its record, in order, one every three cycles."""
 
 import cocotb
+import numpy as np
 
 from golden import dma, params
 from tb.lib.axi import AxiMemory
@@ -32,7 +33,7 @@ async def bench(dut, source_stall="none", sink_stall="none", read=40):
 
 def border() -> list[int]:
     """Indices whose record needs two bursts."""
-    return [i for i in range(COUNT) if dma.record_split(i, BASE)]
+    return [i for i in range(COUNT) if dma.record_head(i, BASE) < dma.RECORD_BEATS]
 
 
 @cocotb.test()
@@ -56,12 +57,10 @@ async def test_cycles_equal_golden(dut, read):
     indices = [random.randrange(COUNT) for _ in range(100)] + border()[:4] + [5] + border()[4:5] + [7, 8]
     source.send([(i,) for i in indices])
     await sink.wait(len(indices))
-    taken, done = [source.cycles[0]], []
-    for k, index in enumerate(indices):
-        split = int(dma.record_split(index, BASE))
-        taken.append(taken[-1] + 1 + split)
-        done.append(max(taken[k] + dma.RECORD_CYCLES + read, done[-1] + 3 if done else 0))
-    assert source.cycles == taken[:-1] and sink.cycles == done
+    heads = np.array([dma.record_head(index, BASE) for index in indices])
+    taken = source.cycles[0] + np.concatenate([[0], np.cumsum(1 + (heads < dma.RECORD_BEATS))])
+    done = dma.record_arrivals(taken[:-1] + 1, heads, dma.FEATURE, dma.new_ports(), dma.Latency(read=read))
+    assert source.cycles == taken[:-1].tolist() and sink.cycles == done.tolist()
 
 
 @cocotb.test()

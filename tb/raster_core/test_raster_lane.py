@@ -6,7 +6,7 @@ import cocotb
 import numpy as np
 
 from golden import dma, records
-from golden.raster_core import raster_lane, timing
+from golden.raster_core import raster_lane
 from golden.raster_core.raster_core import rasterise
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Sink, Source, cycle, reset, start_clock
@@ -29,7 +29,10 @@ async def run(dut, lengths: list[int], latency: dma.Latency = dma.LATENCY, stall
     memory = bytearray(SIZE)
     for index, word in enumerate(record_words(features)):
         memory[24 * index : 24 * index + 24] = word.to_bytes(24, "little")
-    ports = [AxiMemory(dut, f"m_axi_{n}", memory, *latency, stall=stall) for n in ("table", "feature", "pixel")]
+    ports = [
+        AxiMemory(dut, f"m_axi_{n}", memory, latency.read, latency.write, stall=stall)
+        for n in ("table", "feature", "pixel")
+    ]
     dut.cfg_width.value, dut.cfg_height.value = WIDTH, HEIGHT
     dut.cfg_bg_red.value, dut.cfg_bg_green.value, dut.cfg_bg_blue.value = BACKGROUND
     dut.cfg_feature_addr.value, dut.cfg_frame_addr.value, dut.cfg_frame_stride.value = FEATURES, PICTURE, STRIDE
@@ -67,13 +70,14 @@ async def run(dut, lengths: list[int], latency: dma.Latency = dma.LATENCY, stall
     assert all(port.idle() for port in ports) and dut.error.value == 0
 
     if stall == "none":
-        assert raster_lane.exact(records.indices_of(words))
-        beats = timing.pixel_beats(origins, WIDTH, HEIGHT)
-        state, times = raster_lane.new_state(origin), np.zeros(raster_lane.TIMES_N, np.int64)
+        state, memory_ports = raster_lane.new_state(origin), dma.new_ports()
+        times = np.zeros(raster_lane.TIMES_N, np.int64)
+        view = raster_lane.View(WIDTH, HEIGHT, FEATURES, PICTURE, STRIDE)
         offered = origin + 1
-        for t, n in enumerate(lengths):
+        for t, part in enumerate(parts):
             counts = want.counts[want.batch_offsets[t] : want.batch_offsets[t + 1]]
-            raster_lane.step(state, offered, n, counts, beats[t], *latency, times)
+            at, xy = TABLES + REGION * t, origins[t]
+            raster_lane.step(state, offered, words[part], at, *xy, counts, view, latency, memory_ports, times)
             assert start.cycles[t] == times[raster_lane.START], t
             assert done.cycles[t] == times[raster_lane.DONE], t
             offered = times[raster_lane.START] + 1

@@ -24,7 +24,7 @@ def region(memory: bytearray, number: int, n: int) -> np.ndarray:
 async def bench(dut, latency=dma.LATENCY, stall="none"):
     start_clock(dut)
     memory = bytearray(SIZE)
-    ports = [AxiMemory(dut, f"m_axi_{p}", memory, *latency, stall=stall, seed=p) for p in "ab"]
+    ports = [AxiMemory(dut, f"m_axi_{p}", memory, latency.read, latency.write, stall=stall, seed=p) for p in "ab"]
     job = Source(dut, "job", JOB, stall=stall)
     done = Sink(dut, "done", ("n",), stall=stall)
     await reset(dut)
