@@ -6,38 +6,25 @@ When things happen: late_timing.py, which takes what `work` counts.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numba
 import numpy as np
 
-from golden import params, records
+from golden import params, records, tables
 from golden.raster_core import group_finder
+from golden.raster_core.candidate_matrix import BLOCK, BLOCKS
 from golden.raster_core.raster_core import RasterResult, rasterise
-from golden.sorting_core.sorting_core import sort_chunks
-
-BLOCKS = params.CHUNK // params.SORT_N  # words of candidates of a group
 
 
 def rasterise_late(
-    tables, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
+    lists, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
 ) -> RasterResult:
     """One frame. Arguments as of raster_core.rasterise; words_out and bitmaps are in the order of blending.
 
     first: entries in a tile's first batch, sorting_core.first_length of the frame.
     """
-    offsets, words = (np.ascontiguousarray(x, np.int64) for x in tables)
-    index = records.indices_of(words)
-    fresh = records.entries(np.asarray(features.key, np.int64)[index], index)
-    for begin, end in pairwise(offsets):
-        fresh[begin:end] = sort_chunks(fresh[begin:end], first)
-    return rasterise((offsets, fresh), features, tile_xy, width, height, background, first)
-
-
-def batches(n: int, first: int = params.CHUNK) -> list[tuple[int, int]]:
-    """(first entry, entries) of each batch of a table of n; the last one is shorter than its limit, maybe empty."""
-    begins = [0, *range(first, n + 1, params.CHUNK)]
-    return [(begin, end - begin) for begin, end in pairwise([*begins, n])]
+    merged = tables.Lists(*(np.ascontiguousarray(x, np.int64) for x in lists))
+    order = tables.late_sort(merged, np.ascontiguousarray(features.key, np.int64), first)
+    return rasterise((order.offsets, order.words), features, tile_xy, width, height, background, first)
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
@@ -54,7 +41,7 @@ def _work(offsets, words, bitmaps, first, batch_offsets, mean, chol, opacity, ti
                     chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
                 )
                 for group in range(params.GROUPS):
-                    candidates[batch, group, (e - begin) // params.SORT_N] += (mask >> group) & 1
+                    candidates[batch, group, (e - begin) // BLOCK] += (mask >> group) & 1
                 for subtile in range(params.SUBTILES):
                     hit = (bitmaps[e] >> np.uint64(subtile)) & np.uint64(1)
                     hits[batch, subtile // params.UNITS, subtile % params.UNITS] += hit
@@ -67,7 +54,7 @@ def work(
 
     result: of rasterise_late, with the same arguments. hits: entries in the list of each unit and group, also where the
     subtile is known to be done (counts of result: 0 there). candidates: entries that are tested, for each word of
-    SORT_N entries of a group.
+    BLOCK entries of a group.
     """
     columns = [np.ascontiguousarray(getattr(features, name), np.int64) for name in ("mean", "chol", "opacity")]
     hits = np.zeros((result.batch_offsets[-1], params.GROUPS, params.UNITS), np.uint16)
