@@ -21,5 +21,5 @@ def words(masks: np.ndarray) -> np.ndarray:
 
 @numba.njit(inline="always", cache=True)
 def done_cycle(last_mask):
-    """First cycle in which the batch can be read, when its last mask comes in cycle `last_mask`. Blocks are not stalled."""
+    """First cycle in which a batch can be read whose last mask comes in cycle `last_mask`."""
     return last_mask + 1

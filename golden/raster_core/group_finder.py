@@ -1,7 +1,7 @@
-"""gs_group_finder: the groups of a tile that a footprint may hit; all that it hits, and few others.
+"""gs_group_finder: the groups of a tile that a footprint may hit: all that it hits, and few others.
 
-A group is 32 x 8 pixels, and u and v are linear, so over a group |u| and |v| are at least their distance from 0 at its
-centre less half of their range. What is floored on the way takes less than SLACK from that (docs/raster_core/group_finder.md).
+A group is 32 x 8 pixels. u and v are linear, so over a group |u| is at least its value at the centre less half of its
+range, |v| likewise. What is floored on the way is less than SLACK (docs/raster_core/group_finder.md).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def extent(x):
 
 @numba.njit(inline="always", cache=True)
 def near(centre, half):
-    """Least |u| over a group from u at its centre, squared: UQ2.NEAR_F, floor, sat. ~x is one less than |x|: SLACK."""
+    """Square of the least |u| over a group, UQ2.NEAR_F, floor, sat, from u at its centre. ~u is |u| - 1: SLACK."""
     d = (centre if centre >= 0 else ~centre) - half
     d = min(max(d, 0) >> (MID_F - NEAR_F), (1 << (NEAR_F + 2)) - 1)
     return d * d
@@ -52,7 +52,7 @@ def limit(opacity):
 
 @numba.njit(cache=True)
 def mask(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
-    """[GROUPS] bits: bit g is 0 only if no subtile of group g of the tile at (x0, y0) is hit (group_tester.tile_bits)."""
+    """Bit g is 0 only if group_tester.tile_bits has no hit in group g of the tile at (x0, y0)."""
     dx = offset(x0, mean_x) + (_WIDE << (params.MEAN_F - 1))
     dy = offset(y0, mean_y) + (_HIGH << (params.MEAN_F - 1))
     u, v = narrow(a * dx + b * dy), narrow(c * dy)
