@@ -1,9 +1,9 @@
-// gs_late_buffer: three batches of a table: their records are fetched and sorted, lent to tester and blender, written back
+// gs_late_buffer: three batches of a table, whose records are fetched and sorted, lent to tester and blender, written back
 //
 //   an entry a cycle in and out, a record every three cycles; entry_ready, tile_ready and feat_ready see registers only
 //
 //   A batch passes these marks, each a bit per bank: closed (its entries are known), loaded (its records are here),
-//   ready (it is in order, its candidates can be read), issued (all its tests have begun), over (all have ended), blended,
+//   ready (in order, its candidates can be read), issued (all its tests have begun), over (all have ended), blended,
 //   written. The last two free the bank. Each user has a bank number of its own.
 
 `default_nettype none
