@@ -119,7 +119,7 @@ def cosim(args: argparse.Namespace) -> int:
     status = 0
     try:
         with _progress() as progress:
-            pair = Cosim(job, args.sorting, progress)
+            pair = Cosim(job, args.sorting, progress, args.seed)
             for index, number in enumerate(job.frames):
                 result = pair.frame(index)
                 quality = None

@@ -37,6 +37,7 @@ class Settings:
     motion_scale: float = _key(0.0, "scene units a metre", ">= 0", "of a recorded path; 0: the scene's own, else 1")
     read_latency: int = _key(40, "cycles", "1..4096", "memory of the co-simulation: address to first beat")
     write_latency: int = _key(20, "cycles", "1..4096", "memory of the co-simulation: last beat to response")
+    answer_jitter: int = _key(0, "cycles", "0..4096", "of that memory: each answer up to this much later, from --seed")
 
     def background_codes(self) -> tuple[int, int, int]:
         """UQ3.COLOUR_F codes of the background."""
@@ -73,6 +74,7 @@ def _check(key: str, value) -> None:
         "motion_scale": lambda v: 0 <= v < float("inf"),
         "read_latency": lambda v: 1 <= v <= 4096,
         "write_latency": lambda v: 1 <= v <= 4096,
+        "answer_jitter": lambda v: 0 <= v <= 4096,
     }
     if not rules[key](value):
         raise ValueError

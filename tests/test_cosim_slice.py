@@ -65,7 +65,7 @@ def compare(model: Slice, scene, table, incoming, xy, size, first, latency) -> l
         jobs, words = sort_jobs(join(table), join(incoming), first, latency, places)
         assert all(map(np.array_equal, words, order))
         times = frame_times(jobs, join(order), want, xy, *size, latency, places)
-        for name in ("accepted", "sorted", "done"):
+        for name in ("accepted", "sorted", "px_first", "px_last", "done"):
             assert np.array_equal(getattr(got, name), getattr(times, name)), name
         assert got.cycles == times.cycles
         entries = sum(map(len, order))
@@ -113,6 +113,29 @@ def test_cycles_at_any_latency(latency):
     """Lists around the borders of blocks and batches, empty tiles in a row, more tiles than are under way at once."""
     lengths = [0, 1, 256, 0, 0, 0, 512, 257, 2, 255, 0, 0, 0, 0, 300, 3, 1, 1, 0, 256]
     frames((4 * 64 + 2, 3 * 64 + 6), 3, latency, lengths=lengths)
+
+
+def test_both_memories_draw_the_same_delays():
+    library = Slice()._library
+    for latency in (
+        dma.Latency(jitter=1, seed=0),
+        dma.Latency(jitter=500, seed=9),
+        dma.Latency(jitter=4096, seed=1 << 23),
+    ):
+        draws = np.array(
+            [[dma.late(latency, port, burst) for burst in (*range(300), 1 << 20)] for port in range(dma.PORTS)]
+        )
+        for port, burst in ((0, 0), (3, 17), (dma.FEATURE, 299), (dma.PIXEL, 123)):
+            assert draws[port, burst] == library.slice_late(latency.jitter, latency.seed, port, burst)
+        assert draws[-1, -1] == library.slice_late(latency.jitter, latency.seed, dma.PORTS - 1, 1 << 20)
+        assert draws.min() == 0 and 0.9 * latency.jitter <= draws.max() <= latency.jitter
+
+
+@pytest.mark.parametrize("jitter", [7, 63, 500, 4000])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_cycles_when_answers_are_late_at_random(jitter, seed):
+    lengths = [0, 1, 256, 0, 700, 0, 512, 257, 2, 255, 0, 0, 0, 0, 300, 3, 1, 1, 0, 256]
+    frames((4 * 64 + 2, 3 * 64 + 6), 20 + seed, dma.Latency(1 + 20 * seed, 30, jitter, seed), lengths=lengths)
 
 
 @pytest.mark.parametrize("stall", [1, 2, 3])

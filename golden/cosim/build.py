@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -27,8 +28,13 @@ COMPILER = "g++"
 
 
 def sources() -> list[Path]:
-    """The RTL: every module but none of the benches'."""
-    return sorted((ROOT / "rtl").rglob("*.v"))
+    """The RTL of TOP: its file and those of the modules named in them."""
+    files = {path.stem: path for path in (ROOT / "rtl").rglob("*.v")}
+    found, names = set(), {TOP}
+    while names:
+        found |= names
+        names = set(re.findall(r"\bgs_\w+", "".join(files[name].read_text() for name in names))) & files.keys() - found
+    return sorted(files[name] for name in found)
 
 
 def key() -> str:

@@ -82,6 +82,8 @@ def differences(rtl: SliceFrame, frame: Frame, expected: SliceTimes) -> tuple[in
     check("pixel resolver, 8 bit", rtl.rgb8, golden.rgb8, pixel, int)
     check("subtile compute units, blends", rtl.blends, golden.blends, tile, int)
     check("sorting cores, cycle of a tile's end", rtl.sorted, expected.sorted, tile, int)
+    check("raster core, cycle of a tile's first pixels", rtl.px_first, expected.px_first, tile, int)
+    check("raster core, cycle of a tile's last pixels", rtl.px_last, expected.px_last, tile, int)
     check("slice, cycle of a tile's end", rtl.done, expected.done, tile, int)
     return total, first
 
@@ -89,10 +91,11 @@ def differences(rtl: SliceFrame, frame: Frame, expected: SliceTimes) -> tuple[in
 class Cosim:
     """The RTL's slice and the golden model, frame after frame; each keeps its own tables."""
 
-    def __init__(self, job: Job, sorting: str, progress: Progress):
+    def __init__(self, job: Job, sorting: str, progress: Progress, seed: int = 0):
         self.job = job
         self.renderer = Renderer(job.gaussians, job.settings, sorting)
-        self.latency = dma.Latency(job.settings.read_latency, job.settings.write_latency)
+        keys = job.settings
+        self.latency = dma.Latency(keys.read_latency, keys.write_latency, keys.answer_jitter, seed & 0xFFFFFF)
         self.slice = Slice(self.latency)
         self.tables: Lists | None = None  # as the RTL wrote them
         self.progress = progress

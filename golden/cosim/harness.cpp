@@ -2,8 +2,8 @@
 // and the traces. Driven from golden/cosim/model.py through the C functions at the end.
 //
 // A cycle: inputs are set, clk falls and the outputs settle, the beats that will move are noted, clk rises. A read's first
-// beat is there `read` cycles behind its AR, a B `write` cycles behind the last W beat. With a seed every valid and ready
-// that is driven here stalls at random.
+// beat is there `read` cycles behind its AR, a B `write` cycles behind the last W beat; with jitter later by late(). With
+// a stall every valid and ready that is driven here pauses at random.
 
 #include <cstdint>
 #include <cstdio>
@@ -81,6 +81,14 @@ public:
     }
 };
 
+// By how many cycles burst number `burst` of a port is answered later: golden/dma.py, late
+uint64_t late(uint64_t jitter, uint64_t seed, uint64_t port, uint64_t burst) {
+    if (!jitter) return 0;
+    uint64_t x = seed << 40 ^ port << 32 ^ burst;
+    for (int k = 0; k < 3; ++k) x = (x ^ x >> 32) * 0xd6e8feb86659fd93ull;
+    return (x >> 32) % (jitter + 1) >> (x >> 29 & 7);
+}
+
 struct Burst {
     uint64_t address;
     uint32_t beats;
@@ -112,14 +120,14 @@ struct WritePort {
     Queue<Beat> early;          // beats whose AW has not come
     Stall aw_stall, w_stall, b_stall;
     bool awready = false, wready = false, bvalid = false;
-    uint64_t beats = 0, count = 0;
+    uint64_t beats = 0, count = 0, answered = 0;
 
     void clear() {
         open.clear();
         answers.clear();
         early.clear();
         awready = wready = bvalid = false;
-        beats = count = 0;
+        beats = count = answered = 0;
     }
 };
 
@@ -133,7 +141,7 @@ struct Slice {
     VerilatedContext context;
     std::unique_ptr<Vgs_slice> top;
     Memory memory{};
-    uint64_t read_latency = 40, write_latency = 20;
+    uint64_t read_latency = 40, write_latency = 20, jitter = 0, jitter_seed = 0;
     ReadPort reads[READS];
     WritePort writes[WRITES];
     Stall tile_stall, done_stall;
@@ -141,7 +149,8 @@ struct Slice {
     // the frame
     const Tile* tiles = nullptr;
     int64_t tile_count = 0, width = 0, height = 0;
-    int64_t *accepted = nullptr, *sorted = nullptr, *done = nullptr, *done_n = nullptr, *blends = nullptr;
+    int64_t *accepted = nullptr, *sorted = nullptr, *px_first = nullptr, *px_last = nullptr, *done = nullptr;
+    int64_t *done_n = nullptr, *blends = nullptr;
     uint64_t* bitmaps = nullptr;
     int64_t bitmap_room = 0;
     int32_t* value = nullptr;
@@ -161,7 +170,7 @@ struct Slice {
     }
     ~Slice() { top->final(); }
 
-    void seed(uint64_t value) {
+    void stall(uint64_t value) {
         uint64_t k = value ? value * 1000 : 0;
         for (ReadPort& p : reads) p.ar_stall.seed(k ? ++k : 0), p.r_stall.seed(k ? ++k : 0);
         for (WritePort& p : writes) {
@@ -217,7 +226,7 @@ struct Slice {
     void take_ar(int port, uint64_t address, uint32_t beats) {
         ReadPort& p = reads[port];
         if (!inside("read", port, address, beats * 8ull)) return;
-        p.bursts.push({address, beats, cycle + read_latency});
+        p.bursts.push({address, beats, cycle + read_latency + late(jitter, jitter_seed, port, p.count)});
         ++p.count;
         last_event = cycle;
     }
@@ -266,7 +275,7 @@ struct Slice {
             if (last != beat.last) fault("write port " + std::to_string(port) + ": wlast is in the wrong beat");
             if (last) {
                 p.open.pop();
-                p.answers.push(cycle + write_latency);
+                p.answers.push(cycle + write_latency + late(jitter, jitter_seed, READS + port, p.answered++));
             }
             p.early.pop();
         }
@@ -323,6 +332,8 @@ struct Slice {
 
     void pixels() {
         const Tile& t = tiles[px_tile];
+        if (px_row == 0 && px_column == 0) px_first[px_tile] = int64_t(cycle);
+        px_last[px_tile] = int64_t(cycle);
         for (int64_t k = 0; k < 4; ++k) {
             int64_t x = t.x + px_column + k;
             if (x >= width) break;
@@ -527,15 +538,20 @@ extern "C" {
 
 Slice* slice_new(uint8_t* data, uint64_t size) { return new Slice(data, size); }
 void slice_free(Slice* s) { delete s; }
-void slice_timing(Slice* s, uint64_t read, uint64_t write, uint64_t seed, uint64_t watchdog) {
+// jitter: answers come up to so many cycles later, drawn from seed. stall: not 0 pauses every handshake at random
+void slice_timing(Slice* s, uint64_t read, uint64_t write, uint64_t jitter, uint64_t seed, uint64_t stall,
+                  uint64_t watchdog) {
     s->read_latency = read;
     s->write_latency = write;
-    s->seed(seed);
+    s->jitter = jitter;
+    s->jitter_seed = seed;
+    s->stall(stall);
     s->watchdog = watchdog;
 }
 // config: width, height, background red, green, blue, feature address, frame address, frame stride, first
 void slice_start(Slice* s, const int64_t* config, const int64_t* tiles, int64_t count, int64_t* accepted, int64_t* sorted,
-                 int64_t* done, int64_t* done_n, int64_t* blends, uint64_t* bitmaps, int64_t room, int32_t* value) {
+                 int64_t* px_first, int64_t* px_last, int64_t* done, int64_t* done_n, int64_t* blends, uint64_t* bitmaps,
+                 int64_t room, int32_t* value) {
     s->width = config[0];
     s->height = config[1];
     s->top->cfg_width = config[0];
@@ -551,6 +567,8 @@ void slice_start(Slice* s, const int64_t* config, const int64_t* tiles, int64_t 
     s->tile_count = count;
     s->accepted = accepted;
     s->sorted = sorted;
+    s->px_first = px_first;
+    s->px_last = px_last;
     s->done = done;
     s->done_n = done_n;
     s->blends = blends;
@@ -577,5 +595,6 @@ void slice_counters(Slice* s, int64_t* counters) {
     for (ReadPort& p : s->reads) *counters++ = int64_t(p.beats), *counters++ = int64_t(p.count);
     for (WritePort& p : s->writes) *counters++ = int64_t(p.beats), *counters++ = int64_t(p.count);
 }
+uint64_t slice_late(uint64_t jitter, uint64_t seed, uint64_t port, uint64_t burst) { return late(jitter, seed, port, burst); }
 const char* slice_message(Slice* s) { return s->message.c_str(); }
 }

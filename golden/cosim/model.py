@@ -42,6 +42,8 @@ class SliceFrame:
     blends: np.ndarray  # int64[T]
     accepted: np.ndarray  # int64[T] cycle in which the slice took the tile
     sorted: np.ndarray  # int64[T] first cycle with its sorted table in memory
+    px_first: np.ndarray  # int64[T] cycles of its first and last beat of pixels
+    px_last: np.ndarray
     done: np.ndarray  # int64[T] cycle of its done beat
     counters: dict[str, int]  # cycles; beats and bursts of every memory port
 
@@ -57,11 +59,12 @@ def _library() -> ctypes.CDLL:
     for name, result, arguments in (
         ("new", pointer, (pointer, u64)),
         ("free", None, (pointer,)),
-        ("timing", None, (pointer, u64, u64, u64, u64)),
-        ("start", None, (pointer, pointer, pointer, i64, *[pointer] * 6, i64, pointer)),
+        ("timing", None, (pointer, *[u64] * 6)),
+        ("start", None, (pointer, pointer, pointer, i64, *[pointer] * 8, i64, pointer)),
         ("run", ctypes.c_int, (pointer, i64)),
         ("progress", None, (pointer, pointer)),
         ("counters", None, (pointer, pointer)),
+        ("late", u64, (u64, u64, u64, u64)),
         ("message", ctypes.c_char_p, (pointer,)),
     ):
         function = getattr(library, f"slice_{name}")
@@ -81,13 +84,16 @@ class Slice:
     """gs_slice and its memory.
 
     Low level: fill `memory`, `start` a frame, `run` until it has ended, read the arrays. `frame` does it all.
-    latency: of the memory. seed: not 0 stalls every handshake at random; the results are the same, the cycles are not.
+    latency: of the memory. stall: not 0 pauses every handshake at random, drawn from it; the results are the same, the
+    cycles are not.
     """
 
-    def __init__(self, latency: dma.Latency = dma.LATENCY, seed: int = 0, watchdog: int = 200_000, size: int = 1 << 20):
+    def __init__(
+        self, latency: dma.Latency = dma.LATENCY, stall: int = 0, watchdog: int = 200_000, size: int = 1 << 20
+    ):
         self._library = _library()
         self._slice = None
-        self._timing = (latency.read, latency.write, seed, watchdog)
+        self._timing = (*latency, stall, watchdog)
         self.memory = np.zeros(0, np.uint8)
         self.resize(size)
 
@@ -119,10 +125,11 @@ class Slice:
         self.config = np.ascontiguousarray(config, np.int64)
         self.tiles = np.ascontiguousarray(tiles, np.int64)
         count, room = len(self.tiles), int(self.tiles[:, [3, 5]].sum())
-        self.accepted, self.sorted, self.done, self.done_n, self.blends = np.zeros((5, count), np.int64)
+        times = np.zeros((7, count), np.int64)
+        self.accepted, self.sorted, self.px_first, self.px_last, self.done, self.done_n, self.blends = times
         self.bitmaps = np.zeros(room, np.uint64)
         self.value = np.zeros((int(config[1]), int(config[0]), 3), np.int32)
-        arrays = (self.accepted, self.sorted, self.done, self.done_n, self.blends, self.bitmaps)
+        arrays = (*times, self.bitmaps)
         self._library.slice_start(
             self._slice, _at(self.config), _at(self.tiles), count, *map(_at, arrays), room, _at(self.value)
         )
@@ -221,6 +228,8 @@ class Slice:
             blends=self.blends,
             accepted=self.accepted,
             sorted=self.sorted,
+            px_first=self.px_first,
+            px_last=self.px_last,
             done=self.done,
             counters=self.counters(),
         )
