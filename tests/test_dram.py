@@ -43,7 +43,7 @@ def serve_all(state, cycles, lines, writes, done):
 
 
 def breaches(log: np.ndarray, channels: int) -> list[str]:
-    """Rules of LPDDR4 that the accesses of a log break."""
+    """Rules of LPDDR4 that the accesses of a log break. Address map: row, bank, 64 lines, channel."""
     broken = []
 
     def rule(name: str, kept) -> None:
@@ -51,7 +51,8 @@ def breaches(log: np.ndarray, channels: int) -> list[str]:
             broken.append(name)
 
     for channel in range(channels):
-        bank, row, act, cas, write = log[log[:, 0] == channel, 1:].T
+        _, line, write, act, cas = log[log[:, dram.LOG_LINE] % channels == channel].T
+        bank, row = line // channels // 64 % 8, line // channels // 64 // 8
         ready = np.maximum(act + lpddr4.RAS, cas + np.where(write == 1, lpddr4.CWL + lpddr4.BL + lpddr4.WR, lpddr4.RTP))
         period = act // lpddr4.REFI
         rule("RCD", cas >= act + lpddr4.RCD)
@@ -86,22 +87,30 @@ def breaches(log: np.ndarray, channels: int) -> list[str]:
 @pytest.mark.parametrize("channels", [1, 4])
 def test_every_command_is_legal(gap, span, channels):
     cycles, lines, writes = mixture(gap, span)
-    state = dram.new_state(channels, log=len(lines))
+    state = dram.recording(dram.new_state(channels), len(lines))
     serve_all(state, cycles, lines, writes, np.zeros(len(lines), np.int64))
     dram.flush(state, cycles.max())
     counted = dram.counters(state)
     assert counted["reads"] == np.count_nonzero(~writes) and counted["writes"] == np.count_nonzero(writes)
     assert counted["row_hits"] + counted["row_misses"] + counted["row_conflicts"] == len(lines)
-    assert breaches(state.log, channels) == []
+    log = dram.recorded(state)
+    assert np.array_equal(log[:, : dram.LOG_ACT], np.stack([cycles, lines, writes], 1))
+    assert breaches(log, channels) == []
 
 
 @pytest.mark.parametrize(
-    "field, shift, rule", [(4, -1, "RCD"), (3, -1, "RRD"), (4, 1, "bus"), (3, -lpddr4.AFTER_REFRESH, "refresh to ACT")]
+    "field, shift, rule",
+    [
+        (dram.LOG_CAS, -1, "RCD"),
+        (dram.LOG_ACT, -1, "RRD"),
+        (dram.LOG_CAS, 1, "bus"),
+        (dram.LOG_ACT, -lpddr4.AFTER_REFRESH, "refresh to ACT"),
+    ],
 )
 def test_the_check_of_the_commands_sees_one_clock_too_few(field, shift, rule):
-    state = dram.new_state(log=8000)
+    state = dram.recording(dram.new_state(), 8000)
     dram.run(rng().integers(0, 1 << 22, 8000), state=state)
-    log = state.log.copy()
+    log = dram.recorded(state)
     assert breaches(log, 4) == []
     log[:, field] += shift * (rng().random(8000) < 0.5)
     assert rule in breaches(log, 4)
@@ -234,6 +243,21 @@ def test_a_group_takes_row_hits_first_and_then_row_by_row():
     assert dram.counters(state)["row_conflicts"] == 3
     assert out.max() - 1000 < (max(single) - 1000) / 2
     assert out[2::4].max() < min(out[k::4].min() for k in (0, 1, 3))
+
+
+def test_a_log_begins_when_it_is_asked_for():
+    state = dram.new_state()
+    for k in range(10):
+        dram.serve(state, 1000 + k, k, True)
+    state = dram.recording(state, 5)
+    dram.serve(state, 2000, 77, False)
+    dram.flush(state, 3000)
+    log = dram.recorded(state)
+    assert log[:, : dram.LOG_ACT].tolist() == [[2000, 77, 0]] and (state.log[1:] == 0).all()
+    for k in range(5):
+        dram.serve(state, 4000 + k, k, False)
+    with pytest.raises(ValueError, match="6 accesses"):
+        dram.recorded(state)
 
 
 def test_a_trace_keeps_its_times():

@@ -23,11 +23,11 @@ QUEUE = 32  # writes that a channel holds
 HIGH, LOW = 26, 6  # writes at which draining begins and ends: 0.8 and 0.2 of the queue
 CAP = 16  # accesses of a group to one row while its others wait
 READ_END, WRITE_END, WAITING, ACCEPTED, CHANNEL_FIELDS = range(5)
-Q_LINE, Q_CLOCK, Q_FREED, Q_FIELDS = range(4)
+Q_LINE, Q_CLOCK, Q_NUMBER, Q_FREED, Q_FIELDS = range(5)
 
-COUNTERS = (*lpddr4.COUNTERS, "reads", "writes", "turnarounds", "last_clock")
-READS, WRITES, TURNAROUNDS, LAST = range(len(lpddr4.COUNTERS), len(COUNTERS))
-LOG_FIELDS = 6  # channel, bank, row, ACT of the session, CAS, write
+COUNTERS = (*lpddr4.COUNTERS, "asked", "reads", "writes", "turnarounds", "last_clock")
+ASKED, READS, WRITES, TURNAROUNDS, LAST = range(len(lpddr4.COUNTERS), len(COUNTERS))
+LOG_CYCLE, LOG_LINE, LOG_WRITE, LOG_ACT, LOG_CAS, LOG_FIELDS = range(6)
 
 
 class DramState(NamedTuple):
@@ -37,20 +37,35 @@ class DramState(NamedTuple):
     calendar: np.ndarray
     heads: np.ndarray
     channels: np.ndarray  # int64[C, CHANNEL_FIELDS] ends of read and of written data, writes waiting, writes accepted
-    queue: np.ndarray  # int64[C, QUEUE, Q_FIELDS] writes: waiting line and its clock; when place k was free again
+    queue: np.ndarray  # int64[C, QUEUE, Q_FIELDS] writes: line, clock, number of those waiting; when a place was freed
     counters: np.ndarray  # int64[len(COUNTERS)]
-    log: np.ndarray  # int64[L, LOG_FIELDS] the first L accesses, for tests
+    log: np.ndarray  # int64[L, LOG_FIELDS] the first L accesses: as asked for, and the clocks of its ACT and CAS
 
 
-def new_state(channels: int = 4, log: int = 0) -> DramState:
-    """An idle memory of `channels` (a power of two) with all banks closed; `log`: accesses to log."""
+def new_state(channels: int = 4) -> DramState:
+    """An idle memory of `channels` (a power of two) with all banks closed."""
     if channels < 1 or channels & (channels - 1):
         raise ValueError(f"{channels} channels: wants a power of two")
     ends = np.zeros((channels, CHANNEL_FIELDS), np.int64)
     ends[:, [READ_END, WRITE_END]] = lpddr4.PAST
     queue = np.full((channels, QUEUE, Q_FIELDS), lpddr4.PAST, np.int64)
-    counters, log = np.zeros(len(COUNTERS), np.int64), np.zeros((log, LOG_FIELDS), np.int64)
+    counters, log = np.zeros(len(COUNTERS), np.int64), np.zeros((0, LOG_FIELDS), np.int64)
     return DramState(*lpddr4.new_banks(channels), ends, queue, counters, log)
+
+
+def recording(state: DramState, count: int) -> DramState:
+    """The same memory, with a log of the next `count` accesses; `asked` counts them from 0."""
+    state.queue[:, :, Q_NUMBER] = NEVER
+    state.counters[ASKED] = 0
+    return state._replace(log=np.zeros((count, LOG_FIELDS), np.int64))
+
+
+def recorded(state: DramState) -> np.ndarray:
+    """int64[n, LOG_FIELDS]: the log of a `recording` memory."""
+    asked = int(state.counters[ASKED])
+    if asked > len(state.log):
+        raise ValueError(f"{asked} accesses; the log holds {len(state.log)}")
+    return state.log[:asked]
 
 
 @njit
@@ -63,14 +78,6 @@ def to_clock(cycle):
 def to_cycle(clock):
     """First core cycle that does not begin before DRAM clock `clock`."""
     return -(-clock * DRAM_TICKS // CORE_TICKS)
-
-
-@njit
-def _log(log, counters, channel, bank, row, act, cas, write):
-    k = counters[READS] + counters[WRITES]
-    if k < len(log):
-        log[k, 0], log[k, 1], log[k, 2] = channel, bank, row
-        log[k, 3], log[k, 4], log[k, 5] = act, cas, write
 
 
 @njit
@@ -113,7 +120,9 @@ def _drain(state, channel, clock, count):
         rest = queue[channel, pick, Q_LINE]
         bank, row = _bank_of(rest), _row_of(rest)
         cas, act = lpddr4.place(sessions, calendar, heads, counters, channel, bank, row, clock, True, after)
-        _log(log, counters, channel, bank, row, act, cas, 1)
+        entry = queue[channel, pick, Q_NUMBER]
+        if entry < len(log):
+            log[entry, LOG_ACT], log[entry, LOG_CAS] = act, cas
         counters[WRITES] += 1
         first = min(first, cas + WRITE)
         after = cas + WRITE + BL
@@ -121,8 +130,8 @@ def _drain(state, channel, clock, count):
         queue[channel, number & (QUEUE - 1), Q_FREED] = cas
         channels[channel, WAITING] -= 1
         for k in range(pick, channels[channel, WAITING]):
-            queue[channel, k, Q_LINE] = queue[channel, k + 1, Q_LINE]
-            queue[channel, k, Q_CLOCK] = queue[channel, k + 1, Q_CLOCK]
+            for field in (Q_LINE, Q_CLOCK, Q_NUMBER):
+                queue[channel, k, field] = queue[channel, k + 1, field]
     channels[channel, WRITE_END] = after
     lpddr4.block(calendar, heads, BUS, channel, first - RTRS - BL + 1, after + TURN)
     counters[LAST] = max(counters[LAST], after)
@@ -156,12 +165,17 @@ def serve(state, cycle, line, write):
     clock = max(to_clock(cycle), lpddr4.reach(heads, channel))
     if channels[channel, WAITING]:
         _drain_if_idle(state, channel, clock)
+    number = counters[ASKED]
+    counters[ASKED] += 1
+    if number < len(log):
+        log[number, LOG_CYCLE], log[number, LOG_LINE], log[number, LOG_WRITE] = cycle, line, write
     if write:
         freed = queue[channel, channels[channel, ACCEPTED] & (QUEUE - 1), Q_FREED]
         clock = max(clock, freed)
         place = channels[channel, WAITING]
         queue[channel, place, Q_LINE] = rest
         queue[channel, place, Q_CLOCK] = clock
+        queue[channel, place, Q_NUMBER] = number
         channels[channel, WAITING] += 1
         channels[channel, ACCEPTED] += 1
         if channels[channel, WAITING] == HIGH:
@@ -169,7 +183,8 @@ def serve(state, cycle, line, write):
         return max(cycle, to_cycle(freed))
     bank, row = _bank_of(rest), _row_of(rest)
     cas, act = lpddr4.place(sessions, calendar, heads, counters, channel, bank, row, clock, False, 0)
-    _log(log, counters, channel, bank, row, act, cas, 0)
+    if number < len(log):
+        log[number, LOG_ACT], log[number, LOG_CAS] = act, cas
     end = cas + READ + BL
     lpddr4.block(calendar, heads, BUS, channel, end - 2 * BL + 1, end)
     channels[channel, READ_END] = max(channels[channel, READ_END], end)
