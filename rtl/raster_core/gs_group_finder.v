@@ -2,12 +2,12 @@
 //
 //   latency LATENCY = 10; at most one record in any three cycles, which in_valid keeps to; never stalls
 //
-//   S1 offset    dx, dy = centre of the tile's first group - mean                          exact
-//   S2 multiply  a*dx, b*dy, c*dy in turn on one multiplier                                 exact
-//   S3 centre    u = a*dx + b*dy, v = c*dy -> SQ8.MID_F                                     floor, sat
-//   S4 step      to the centres of three rows of groups, in the next cycles of the next three, then two    exact
-//   S5 distance  |u|, |v| less half of the group -> UQ2.NEAR_F                                floor, sat
-//   S6 square    limit - dv^2, du^2                                                        exact
+//   S1 offset    dx, dy = centre of the first group - mean                           exact
+//   S2 multiply  a*dx, b*dy, c*dy in turn on one multiplier                          exact
+//   S3 centre    u = a*dx + b*dy, v = c*dy -> SQ8.MID_F                              floor, sat
+//   S4 step      to the centres of all groups: rows 0-2, 3-5, 6-7 in three cycles    exact
+//   S5 distance  |u|, |v| less half of the group -> UQ2.NEAR_F                       floor, sat
+//   S6 square    limit - dv^2, du^2                                                  exact
 //   S7 compare   du^2 <= limit - dv^2
 //
 //   SLACK covers all that floor() takes away on the way: docs/raster_core/group_finder.md
