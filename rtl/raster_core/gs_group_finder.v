@@ -252,9 +252,9 @@ module gs_group_finder #(
     always @(posedge clk) s7_hits <= {s6_hit, s7_hits[6*ROWS-1:2*ROWS]};
     assign out_mask = s7_hits[GROUPS-1:0];
 
-    wire unused_sum_ok = &{1'b0, s2_sum[DROP-1:0], s3_bound[BOUND_W-LIMIT_W-1:0]};
-    wire unused_ok = &{1'b0, in_x0[TILE_W-1:0], in_y0[TILE_W-1:0], s3_wide[EXTENT_W-HALF_W-1:0], s3_high[EXTENT_W-HALF_W-1:0],
-        s7_hits[6*ROWS-1:GROUPS]};
+    wire unused_sum_ok  = &{1'b0, s2_sum[DROP-1:0], s3_bound[BOUND_W-LIMIT_W-1:0]};
+    wire unused_half_ok = &{1'b0, s3_wide[EXTENT_W-HALF_W-1:0], s3_high[EXTENT_W-HALF_W-1:0]};
+    wire unused_ok      = &{1'b0, in_x0[TILE_W-1:0], in_y0[TILE_W-1:0], s7_hits[6*ROWS-1:GROUPS]};
 
 endmodule
 
