@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from itertools import pairwise
 
 import cocotb
@@ -52,9 +53,9 @@ class Timed:
 
 
 class Memory:
-    """Feature records: `latency` cycles behind the request, at least `interval` apart."""
+    """Feature records: latency[k] cycles behind request k, at least `interval` apart."""
 
-    def __init__(self, dut, words: list[int], latency: int, interval: int, stall: str) -> None:
+    def __init__(self, dut, words: list[int], latency: Sequence[int], interval: int, stall: str) -> None:
         self.requests: list[int] = []
         sink = Sink(dut, "feat_req", ("index",), stall=stall)
         source = Timed(dut, "feat", ("record",))
@@ -64,7 +65,7 @@ class Memory:
             while True:
                 await sink.edge
                 while done < len(sink.beats):
-                    last = max(sink.cycles[done] + latency, last + interval)
+                    last = max(sink.cycles[done] + int(latency[done]), last + interval)
                     source.queue.append((last, words[sink.beats[done][0]]))
                     self.requests.append(sink.beats[done][0])
                     done += 1
@@ -134,7 +135,7 @@ async def run(
     timed = stall == "none"
     tile_source = Source(dut, "tile", ("x", "y"), stall=stall)
     entry_source = Timed(dut, "entry", ("word", "last")) if timed else Source(dut, "entry", ("word", "last"), stall)
-    memory = Memory(dut, record_words(features), latency, interval, stall)
+    memory = Memory(dut, record_words(features), [latency] * len(words), interval, stall)
     upd, px = Sink(dut, "upd", UPD, stall=stall), Sink(dut, "px", PX, stall=stall)
     if not timed:
         for name, fields in (("upd", UPD), ("px", PX), ("feat_req", ("index",))):
