@@ -7,31 +7,36 @@ from cocotb.triggers import RisingEdge
 from golden import params
 from golden.raster_core import candidate_tester as golden
 from golden.raster_core import queue_blender
-from golden.raster_core.candidate_matrix import words
+from golden.raster_core.candidate_matrix import BLOCK, words
 from golden.raster_core.group_tester import group_hits, tile_bits
 from golden.raster_core.hit_queue import MARK_DELAY
 from tb.lib.stream import cycle, reset, rng, start_clock
-from tb.raster_core.scenes import record_words, scene
+from tb.raster_core.scenes import record_words, scene, walls
 
 TOP = "gs_candidate_tester"
 SLOW = True
 PARAMETERS = [{}, {"CHUNK": 32, "QUEUE": 32, "MARKS": 4}]
 SIZE = (130, 70)
+LIMIT = {"timeout_time": 1_000_000, "timeout_unit": "step"}
 ORIGINS = ((0, 0), (128, 64), (64, 0), (128, 0), (0, 64))
 
 
 class Batch:
-    """n entries in sorted order: slots, geometry, masks. Density: share of the groups not hit that are candidates."""
+    """n entries in sorted order: slots, geometry, masks.
 
-    def __init__(self, n: int, density: float, opacity: int | None, last: bool, x0: int, y0: int, random) -> None:
-        features = scene(n, *SIZE, seed=random.getrandbits(32), sigma=6.0)
-        if opacity is not None:
-            features.opacity[:] = opacity
+    kind: "scene", a share `density` of the groups not hit are candidates; "misses", the same, but nothing is hit;
+    "walls", everything is hit, and that share of the words are all candidates, the others none.
+    """
+
+    def __init__(self, n: int, kind: str, density: float, last: bool, x0: int, y0: int, random) -> None:
+        features = walls(n) if kind == "walls" else scene(n, *SIZE, seed=random.getrandbits(32), sigma=6.0)
+        if kind == "misses":
+            features.opacity[:] = (1 << params.OPACITY_W) - 1
         self.n, self.last, self.x0, self.y0 = n, int(last), x0, y0
         rows = zip(features.chol, features.mean, features.opacity, strict=True)
         bitmaps = np.array([tile_bits(*chol, *mean, opacity, x0, y0, *SIZE) for chol, mean, opacity in rows], np.uint64)
         extra = np.array([random.random() < density for _ in range(n * params.GROUPS)], bool).reshape(n, params.GROUPS)
-        candidate = (group_hits(bitmaps).T > 0) | extra
+        candidate = np.repeat(extra, BLOCK, axis=0)[:n] if kind == "walls" else (group_hits(bitmaps).T > 0) | extra
         masks = (candidate << np.arange(params.GROUPS)).sum(axis=1).astype(np.int64)
         self.words = words(masks).tolist()
         self.counts = np.array([[word.bit_count() for word in row] for row in self.words]).reshape(params.GROUPS, -1)
@@ -86,12 +91,12 @@ def record(units: np.ndarray, unit: int, taken: tuple[int, int, int, int]) -> No
 class Bench:
     """Batches of these lengths, offered back to back or after a rest, between a buffer and four queues."""
 
-    def __init__(self, dut, name: str, lengths, density: float, patience: int, rests=False, opacity=None) -> None:
+    def __init__(self, dut, name: str, lengths, density: float, patience: int, rests=False, kind="scene") -> None:
         self.dut, self.random, self.rests = dut, rng("tester", name), rests
         self.queue, self.marks = int(dut.QUEUE.value), int(dut.MARKS.value)
         chunk = int(dut.CHUNK.value)
         self.batches = [
-            Batch(min(n, chunk), density, opacity, n == 0 or at % 3 == 1, *ORIGINS[at % len(ORIGINS)], self.random)
+            Batch(min(n, chunk), kind, density, n == 0 or at % 3 == 1, *ORIGINS[at % len(ORIGINS)], self.random)
             for at, n in enumerate(lengths)
         ]
         self.queues = [Queue(patience, rng("queue", name, unit)) for unit in range(params.UNITS)]
@@ -198,34 +203,39 @@ async def run(dut, lengths: list[int], density: float, patience: int, **more) ->
     return bench
 
 
-@cocotb.test()
+@cocotb.test(**LIMIT)
 @cocotb.parametrize(patience=[0, 20, 200], density=[0.0, 0.3])
 async def test_hits_and_cycles(dut, patience, density):
     await run(dut, [40, 0, 1, 0, 0, 16, 17, 100], density, patience, rests=True)
 
 
-@cocotb.test()
+@cocotb.test(**LIMIT)
 async def test_all_candidates_and_slow_queues(dut):
     bench = await run(dut, [256, 256, 0], 1.0, 500)
-    waits = np.diff(bench.reads)
-    assert waits.max() > 20, "no queue was full"
+    assert np.diff(bench.reads).max() > 20, "no queue was full"
 
 
-@cocotb.test()
+@cocotb.test(**LIMIT)
+async def test_words_without_a_candidate_pass_while_a_queue_is_full(dut):
+    bench = await run(dut, [256, 70, 256], 0.5, 100, kind="walls")
+    assert np.diff(bench.reads).max() > 20, "no queue was full"
+
+
+@cocotb.test(**LIMIT)
 async def test_a_candidate_a_cycle_while_the_queues_have_room(dut):
     """All entries are candidates of all groups and hit none: START cycles between batches are all that is lost."""
     n = int(dut.CHUNK.value) // 2
-    bench = await run(dut, [n, n], 1.0, 0, opacity=(1 << params.OPACITY_W) - 1)
+    bench = await run(dut, [n, n], 1.0, 0, kind="misses")
     assert bench.reads[-1] - bench.reads[0] + 1 == 2 * n * params.GROUPS + golden.START
 
 
-@cocotb.test()
+@cocotb.test(**LIMIT)
 async def test_lists_without_an_entry_wait_for_marks(dut):
     bench = await run(dut, [0] * 50 + [1] * 5 + [0] * 40, 0.0, 60)
     assert max(np.diff(bench.issued)) > 20, "no queue was full of marks"
 
 
-@cocotb.test()
+@cocotb.test(**LIMIT)
 async def test_reset_in_mid_flight(dut):
     start_clock(dut)
     first = Bench(dut, "cut", [100, 100], 0.5, 10)

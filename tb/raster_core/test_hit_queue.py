@@ -87,7 +87,7 @@ async def bench(dut, *arguments) -> Bench:
     return bench
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1_000_000, timeout_unit="step")
 @cocotb.parametrize(
     (
         ("push", "close", "read"),
@@ -98,21 +98,21 @@ async def test_lists_come_out_as_they_went_in(dut, push, close, read):
     await (await bench(dut, f"{push} {close}", push, close, read)).run(100)
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1_000_000, timeout_unit="step")
 async def test_it_holds_all_its_slots(dut):
     one = await bench(dut, "slots", 0.9, 0.05, 0.01)
     await one.run(40)
     assert one.most[0] == one.queue
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1_000_000, timeout_unit="step")
 async def test_it_holds_all_its_marks(dut):
     one = await bench(dut, "marks", 0.9, 0.9, 0.02)
     await one.run(100)
     assert one.most[1] == one.marks
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=1_000_000, timeout_unit="step")
 async def test_reset_empties_it(dut):
     await bench(dut, "reset", 0.0, 0.0, 0.0)
     for _ in range(60):
