@@ -5,8 +5,9 @@
     port.ar: [(cycle, address, beats)]   port.aw: likewise   port.b: cycles of the responses
 
 Without stalls every address and data beat is taken at once, R beats of the bursts follow one a cycle in order, `read`
-cycles behind their AR, and B comes `write` cycles behind the last W beat. Fails the test on a burst across a 4 KB
-border, a wrong burst type or size, a wrong wlast, and on a valid that falls or a field that changes before its beat.
+cycles behind their AR, and B comes `write` cycles behind the last W beat; with late(channel "r" or "b", number of the
+burst) so many cycles later. Fails the test on a burst across a 4 KB border, a wrong burst type or size, a wrong wlast,
+and on a valid that falls or a field that changes before its beat.
 """
 
 from __future__ import annotations
@@ -24,8 +25,10 @@ FIELDS = {"ar": ("addr", "len", "size", "burst"), "aw": ("addr", "len", "size", 
 class AxiMemory:
     """Serves whichever of the read and the write channels the port has. Stalls as in stream.py, on every handshake."""
 
-    def __init__(self, dut, name: str, memory: bytearray, read=40, write=20, stall="none", seed: object = 0) -> None:
-        self.dut, self.name, self.memory, self.read, self.write = dut, name, memory, read, write
+    def __init__(
+        self, dut, name: str, memory: bytearray, read=40, write=20, stall="none", seed: object = 0, late=lambda *_: 0
+    ) -> None:
+        self.dut, self.name, self.memory, self.read, self.write, self.late = dut, name, memory, read, write, late
         self.reads, self.writes = (hasattr(dut, f"{name}_{channel}valid") for channel in ("ar", "aw"))
         assert self.reads or self.writes, f"{dut._name} has no port {name}"
         self.after_valid = stall == "after_valid"
@@ -37,6 +40,7 @@ class AxiMemory:
         self.b: list[int] = []
         self.w_cycles: list[int] = []
         self.r_cycles: list[int] = []
+        self.answered = 0  # written bursts whose B is known
         self.answer = 0  # rresp and bresp of what is answered from now on
         self._r: deque = deque()  # (first cycle, data, last)
         self._w: deque = deque()  # beats that no burst has claimed: (cycle, data, strb, last)
@@ -83,11 +87,12 @@ class AxiMemory:
             self._offered_r = False
         if (beat := self._beat("ar")) is not None:
             address, beats = self._burst(beat)
+            there = now + self.read + self.late("r", len(self.ar))
             self.ar.append((now, address, beats))
             for k in range(beats):
                 at = address + k * self.width
                 data = int.from_bytes(self.memory[at : at + self.width], "little")
-                self._r.append((now + self.read, data, k == beats - 1))
+                self._r.append((there, data, k == beats - 1))
         if not self._offered_r and self._r and self._r[0][0] <= now + 1 and next(self.go["r"]):
             self._offered_r = True
             self.signal("rvalid").value = 1
@@ -119,7 +124,8 @@ class AxiMemory:
             self._open[0] = [address + self.width, beats - 1]
             if last:
                 self._open.popleft()
-                self._b.append(now + self.write)
+                self._b.append(now + self.write + self.late("b", self.answered))
+                self.answered += 1
         if not self._offered_b and self._b and self._b[0] <= now + 1 and next(self.go["b"]):
             self._offered_b = True
             self.signal("bvalid").value = 1
