@@ -21,8 +21,8 @@ def frame_record(image: np.ndarray, counters: dict[str, int], metrics: dict | No
     cycles = cycles or {}
     return {
         "cycles": cycles.get("cycles"),
-        "stage_cycles": {"preprocess": None, "sorting": cycles.get("sorting"), "raster": cycles.get("raster")},
-        "stall_cycles": {},
+        "stage_cycles": cycles.get("stage_cycles", dict.fromkeys(("preprocess", "sorting", "raster"))),
+        "stall_cycles": cycles.get("stall_cycles", {}),
         "dram_bytes": {
             stage: cycles.get("bytes", {}).get(stage, {"read": None, "write": None})
             for stage in ("preprocess", "sorting", "raster")

@@ -1,0 +1,266 @@
+"""An accelerator over a sequence of frames: what it reads, computes and writes in each, and how long that takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden import params, slice
+from golden.frame import Frame, tiles_of
+from golden.raster_core import late_core
+from golden.raster_core.pixel_resolver import pixel_beats
+from golden.records import indices_of
+from golden.timing import engine, memory, raster_agent, record_cache, tiles16
+from golden.timing.address_map import LINE, PIXEL_BYTES, Formats, list_starts, regions
+from golden.timing.clusters import store
+from golden.timing.hardware import Hardware
+from golden.timing.jobs import HIERARCHICAL, NONE, REUSE, chunk_sort_cycles, jobs
+from golden.timing.preprocess_engine import Blocks, preprocess
+
+ENTRIES = 1 << 25  # that the address map has room for in all tables of a frame
+CORES = {"groups": raster_agent.GROUPS, "candidates": raster_agent.CANDIDATES, "given": raster_agent.SIMPLE}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What the timing needs of a frame on one accelerator, tile by tile."""
+
+    blocks: Blocks
+    order: np.ndarray  # int64[T] tiles along a Morton curve
+    jobs: object
+    raster: object
+    after: Blocks  # the pass behind the last tile: depth and valid bits, where the raster cores do not write them
+    beside: Blocks  # a sort in the background
+    scu_ops: int
+    tests: int
+
+
+def morton_tiles(columns: int, rows: int) -> np.ndarray:
+    """[T] int64 row-major tile numbers along a Morton curve; x lowest."""
+    tiles = np.arange(columns * rows)
+    x, y = tiles % columns, tiles // columns
+    code = sum(((x >> k & 1) << 2 * k) | ((y >> k & 1) << 2 * k + 1) for k in range(16))
+    return np.argsort(code, kind="stable").astype(np.int64)
+
+
+def no_blocks() -> Blocks:
+    """No work for the preprocessing agent."""
+    none = np.zeros(0, np.int64)
+    return Blocks(none, np.zeros(1, np.int64), none, np.zeros(1, np.int64), none)
+
+
+def line_blocks(reads: np.ndarray, writes: np.ndarray, cycles: int, size: int = 64) -> Blocks:
+    """Lines read and written in bunches of `size`, the cycles spread over them."""
+    count = max(-(-len(reads) // size), -(-len(writes) // size), 1)
+    cut = np.arange(count + 1)
+    return Blocks(
+        np.diff(cycles * cut // count), len(reads) * cut // count, reads, len(writes) * cut // count, writes
+    )  # fmt: skip
+
+
+def _lines(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """All lines of byte ranges, in order."""
+    first = starts // LINE
+    count = np.where(sizes > 0, (starts + sizes - 1) // LINE - first + 1, 0)
+    at = np.cumsum(count) - count
+    return np.arange(count.sum()) - np.repeat(at - first, count)
+
+
+class Accelerator:
+    """One hardware with one sorting strategy, on one scene. `frame` goes from picture to picture."""
+
+    def __init__(self, hardware: Hardware, gaussians, width: int, height: int, colour_every: int = 1):
+        self.hardware = hardware
+        self.width, self.height = width, height
+        self.stored = store(gaussians, hardware.morton)
+        self.formats = Formats(
+            degree=int(np.sqrt(gaussians.sh.shape[1])) - 1,
+            position_bytes=hardware.position_bytes,
+            colour_every=colour_every,
+            clusters=hardware.clusters,
+            membership=not hardware.scratch,
+            record_stride=hardware.record_stride,
+            incoming_bytes=hardware.entry_bytes if hardware.scratch else params.ENTRY_BYTES,
+            tile=hardware.tile,
+        )
+        self.at = regions(self.formats, len(gaussians), width, height, ENTRIES)
+        self.memory = memory.lpddr4(hardware.channels)
+        self.core = CORES["given" if not (hardware.charge_tests and hardware.charge_imbalance) else hardware.raster]
+        self.lanes = raster_agent.new_state(self.core, hardware.slices, 0)
+        self.columns, self.rows = -(-width // hardware.tile), -(-height // hardware.tile)
+        self.order = morton_tiles(self.columns, self.rows)
+        self.cycle = 0
+        self.number = 0
+        self.members = None
+        self.lengths = np.zeros(self.columns * self.rows, np.int64)  # room of the last frame's tables
+        self.hit_rate = 0.0
+
+    def prepare(self, frame: Frame) -> Drawn:
+        """The frame's lists, addresses, lines and cycles; once for each frame, in order."""
+        if self.hardware.tile == params.TILE:
+            return self._prepare(frame, None)
+        return self._prepare(frame, tiles16.split(frame.order.offsets, frame.raster.bitmaps, self.width, self.height))
+
+    def _prepare(self, frame: Frame, small: tiles16.Tiles16 | None) -> Drawn:
+        h, at, this = self.hardware, self.at, self.number & 1
+        late = h.late_sort
+        offsets = frame.order.offsets if small is None else small.offsets
+        index = indices_of(frame.order.words)
+        if small is not None:
+            index = index[small.entry]
+        n = np.diff(offsets)
+        if h.scratch:
+            table_n, in_n = np.zeros_like(n), n
+            listed = offsets, index
+        else:
+            table_n, in_n = frame.table.lengths, frame.incoming.lengths
+            listed = frame.incoming.offsets, indices_of(frame.incoming.words)
+        size = h.entry_bytes
+        in_size = self.formats.incoming_bytes
+        in_start = list_starts(at.incoming[this], in_n, in_size)
+        table_start = list_starts(at.tables[1 - this], self.lengths, size)
+        room = table_n + in_n if not h.scratch else n
+        out_start = list_starts(at.tables[this], room, size)
+        scratch = at.scratch + (in_start - at.incoming[this])
+        self.lengths = room
+
+        done = preprocess(
+            self.stored, self.formats, at, frame, None if h.scratch else self.members, self.number,
+            (in_start, *listed), h.preprocess_units,
+        )  # fmt: skip
+        self.members = done.members
+        blocks = done.blocks
+        if not h.charge_projection:
+            blocks = blocks._replace(cycles=np.zeros_like(blocks.cycles))
+
+        nominal, kind = self._sort_cycles(frame, n)
+        beside = no_blocks()
+        if frame.sorting == "background":
+            pairs = _lines(in_start[:-1], in_n * in_size) if in_n.any() else np.zeros(0, np.int64)
+            now = np.diff(frame.pairs.tile_offsets)
+            lists = _lines(list_starts(at.scratch, now, size)[:-1], now * size)
+            passes = np.concatenate([pairs, lists, lists])
+            beside = line_blocks(passes, passes, int(chunk_sort_cycles(now).sum()) // (h.slices * h.sort_cores))
+        job = jobs(
+            kind, nominal, np.zeros_like(table_n) if late else table_n, in_n, table_start[:-1], in_start[:-1],
+            scratch[:-1], out_start[:-1] if not late else scratch[:-1] + 0, in_size if late or h.scratch else size,
+        )  # fmt: skip
+        fetch = record_cache.fetch(
+            offsets, index, self.stored.place, at.features[this], h.record_stride, [self.order], h.cache_kb
+        )
+        self.hit_rate = fetch.hit_rate
+        raster = self._raster(frame, small, offsets, fetch, table_start, out_start, scratch, table_n, in_n, n, size)
+        after = no_blocks()
+        if not h.deferred_update:
+            tables = _lines(out_start[:-1], n * size)
+            after = line_blocks(
+                np.concatenate([tables, fetch.lines]), tables, int(n.sum()) // (h.slices * h.sort_cores)
+            )
+        tests = len(index) * params.GROUPS
+        if h.raster == "candidates":
+            tests = int(raster.candidates.sum())
+        self.number += 1
+        return Drawn(
+            blocks, self.order, job, raster, after, beside,
+            int(raster.counts.sum()), tests,
+        )  # fmt: skip
+
+    def _sort_cycles(self, frame: Frame, n: np.ndarray) -> tuple[np.ndarray, int]:
+        """(nominal cycles int64[T] of the tiles' sorts, kind of job)."""
+        if self.hardware.scratch:
+            return np.where(n > 0, n + chunk_sort_cycles(n), 2), HIERARCHICAL
+        if frame.sorting in ("frozen", "background"):
+            return np.full(len(n), 2, np.int64), NONE
+        if frame.sorting == "hierarchical":
+            total = frame.table.lengths + frame.incoming.lengths
+            return np.where(total > 0, total + chunk_sort_cycles(total), 2), HIERARCHICAL
+        incoming = frame.incoming.offsets, frame.incoming.words
+        table = frame.table.offsets, frame.table.words
+        if self.hardware.late_sort:
+            table = np.zeros_like(frame.table.offsets), np.zeros(0, np.int64)
+        return slice.sort_jobs(table, incoming, frame.first)[0], REUSE
+
+    def _raster(self, frame, small, offsets, fetch, table_start, out_start, scratch, table_n, in_n, n, size):
+        h, core = self.hardware, self.core
+        first = frame.first if core == raster_agent.CANDIDATES else params.CHUNK
+        result = frame.raster
+        hits = np.zeros((1, params.GROUPS, params.UNITS), np.uint16)
+        candidates = np.zeros((1, params.GROUPS, late_core.BLOCKS), np.uint8)
+        batch_at, counts = result.batch_offsets, result.counts
+        if core == raster_agent.CANDIDATES:
+            hits, candidates = late_core.work(
+                result, offsets, frame.features, tiles_of(self.width, self.height), self.width, self.height, first
+            )
+        if small is not None:
+            batch_at, counts = _small_counts(small, n, result)
+        cycles = np.zeros(1, np.int64)
+        if core == raster_agent.SIMPLE:
+            blend = counts.max(axis=2).sum(axis=1) * params.BEATS if h.charge_imbalance else _even(counts)
+            cycles = blend.astype(np.int64)
+            if h.raster == "groups" and h.charge_tests:
+                cycles = np.maximum(cycles, _entries(n, batch_at) * params.GROUPS)
+        if not len(counts):
+            counts = np.zeros((1, params.GROUPS, params.UNITS), np.uint16)
+        side = h.tile
+        x = np.arange(self.columns * self.rows) % self.columns * side
+        y = np.arange(self.columns * self.rows) // self.columns * side
+        stride = -(-self.width * PIXEL_BYTES // LINE) * LINE
+        wide, tall = np.minimum(side, self.width - x), np.minimum(side, self.height - y)
+        image = self.at.image[self.number & 1]
+        rows = np.stack(
+            [image + y * stride + x * PIXEL_BYTES, wide * PIXEL_BYTES, np.full_like(x, stride), tall * h.charge_image],
+            1,
+        )
+        if side == params.TILE:
+            beats = np.asarray(pixel_beats(np.stack([x, y], 1), self.width, self.height), np.int64)
+        else:
+            beats = wide * tall // raster_agent.RESOLVE
+        from_table = table_start if h.late_sort else out_start
+        writes = h.deferred_update and not h.scratch and frame.sorting not in ("frozen", "background")
+        return raster_agent.Raster(
+            core, first, np.array([size, self.formats.incoming_bytes], np.int64), np.asarray(offsets, np.int64),
+            from_table[:-1].copy(), scratch[:-1].copy(), table_n if h.late_sort else n,
+            in_n if h.late_sort else np.zeros_like(n), fetch.line_at, fetch.lines, batch_at, hits, counts, candidates,
+            cycles, out_start[:-1].copy() if writes else np.full(len(n), -1, np.int64), beats, rows, *self.lanes,
+        )  # fmt: skip
+
+    def run(self, blocks: Blocks, drawn: Drawn | None) -> tuple[int, engine.Trace]:
+        """Blocks and a frame's tiles at the same time: (cycles, when it happened)."""
+        h = self.hardware
+        tiles = 0 if drawn is None else len(drawn.order)
+        trace = engine.new_trace(tiles)
+        if drawn is None:
+            end = engine.only_blocks(self.cycle, blocks, self.memory, trace)
+        else:
+            end = engine.run(
+                self.cycle, blocks, drawn.order, drawn.jobs, drawn.raster, self.memory, h.slices, h.sort_cores, trace
+            )
+        cycles, self.cycle = int(end) - self.cycle, int(end)
+        return cycles, trace
+
+
+def _even(counts: np.ndarray) -> np.ndarray:
+    """Cycles of each batch if its operations were spread evenly over the SCUs."""
+    return -(-counts.sum(axis=(1, 2)).astype(np.int64) * params.BEATS // params.UNITS)
+
+
+def _entries(n: np.ndarray, batch_at: np.ndarray) -> np.ndarray:
+    """Entries of each batch of tables of n entries."""
+    batch = np.arange(batch_at[-1]) - np.repeat(batch_at[:-1], np.diff(batch_at))
+    return np.minimum(np.repeat(n, np.diff(batch_at)) - batch * params.CHUNK, params.CHUNK)
+
+
+def _small_counts(small: tiles16.Tiles16, n: np.ndarray, result) -> tuple[np.ndarray, np.ndarray]:
+    """(batch_at, counts [B, 1, UNITS]) of 16-pixel tiles: an SCU for each subtile.
+
+    The share of pairs behind a subtile's end is taken from the frame as a whole.
+    """
+    share = result.scu_ops.sum() / max(result.pairs.sum(), 1)
+    batch_at = np.concatenate((np.zeros(1, np.int64), np.cumsum(-(-n // params.CHUNK))))
+    counts = np.zeros((batch_at[-1], 1, params.UNITS), np.int64)
+    tile = np.repeat(np.arange(len(n)), n)
+    batch = batch_at[tile] + (np.arange(len(small.bits)) - small.offsets[tile]) // params.CHUNK
+    for unit in range(params.UNITS):
+        counts[:, 0, unit] = np.bincount(batch, small.bits >> unit & 1, minlength=len(counts)) * share + 0.5
+    return batch_at, counts

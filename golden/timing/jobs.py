@@ -1,0 +1,120 @@
+"""What the sorting cores read and write for each tile, in the order and the pieces in which they do.
+
+A job is a list of passes over lists in memory; a pass goes chunk by chunk: it reads the chunk and what of a second list
+is merged with it, and writes as much. A piece is a run of 64-byte lines. Pieces carry their share of the job's cycles.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from golden import params
+
+LINE = 64  # bytes
+REUSE, SCRATCH, HIERARCHICAL, NONE = range(4)
+
+
+class Jobs(NamedTuple):
+    """Pieces of T jobs; those of tile t are piece_at[t] .. piece_at[t + 1] - 1."""
+
+    cycles: np.ndarray  # int64[T] of the job on a memory of the nominal latency
+    piece_at: np.ndarray  # int64[T + 1]
+    line: np.ndarray  # int64[P] first line
+    lines: np.ndarray  # int64[P] how many
+    write: np.ndarray  # bool[P]
+    weight: np.ndarray  # int64[P] entries: the piece's share of the job's time; 0 for what is written
+
+
+@numba.njit(cache=True)
+def _piece(out, at, begin, end, write, weight):
+    """Writes one piece of bytes begin .. end - 1 when out is long enough; returns the next place."""
+    if end > begin or weight:
+        if at < len(out.line):
+            out.line[at] = begin // LINE
+            out.lines[at] = (end - 1) // LINE - begin // LINE + 1 if end > begin else 0
+            out.write[at] = write
+            out.weight[at] = weight
+        return at + 1
+    return at
+
+
+@numba.njit(cache=True)
+def _pass(out, at, a, a_n, b, b_n, to, size, chunk):
+    """A pass over a_n entries at byte a and b_n at byte b, of `size` bytes each, written to byte `to`."""
+    total = a_n + b_n
+    steps = (total + chunk - 1) // chunk
+    for k in range(steps):
+        a0, a1 = a_n * k // steps, a_n * (k + 1) // steps
+        b0, b1 = b_n * k // steps, b_n * (k + 1) // steps
+        at = _piece(out, at, a + a0 * size, a + a1 * size, False, a1 - a0)
+        at = _piece(out, at, b + b0 * size, b + b1 * size, False, b1 - b0)
+        at = _piece(out, at, to + (a0 + b0) * size, to + (a1 + b1) * size, True, 0)
+    return at
+
+
+@numba.njit(cache=True)
+def _tile(out, at, kind, table_n, in_n, table, incoming, scratch, to, size, chunk):
+    """Pieces of one job, as sort_sequencer.commands orders them; HIERARCHICAL reads and writes the whole list twice."""
+    runs, other = incoming, scratch
+    if kind == NONE:
+        return at
+    if kind == HIERARCHICAL:
+        n = table_n + in_n
+        at = _pass(out, at, table, table_n, incoming, in_n, scratch, size, chunk)  # coarse: into buckets
+        return _pass(out, at, scratch, n, 0, 0, to, size, chunk)  # fine: each bucket on chip
+    if in_n:
+        target = to if in_n <= chunk and not table_n else other
+        at = _pass(out, at, runs, in_n, 0, 0, target, size, chunk)
+        runs, other = other, runs
+        run = chunk
+        while run < in_n:
+            target = to if in_n <= 2 * run and not table_n else other
+            at = _pass(out, at, runs, in_n, 0, 0, target, size, chunk)
+            runs, other = other, runs
+            run *= 2
+    if table_n:
+        at = _pass(out, at, table, table_n, runs, in_n, to, size, chunk)
+    return at
+
+
+@numba.njit(cache=True)
+def _all(out, piece_at, kind, table_n, in_n, table, incoming, scratch, to, size, chunk):
+    at = 0
+    for t in range(len(table_n)):
+        piece_at[t] = at
+        at = _tile(out, at, kind, table_n[t], in_n[t], table[t], incoming[t], scratch[t], to[t], size, chunk)
+    piece_at[len(table_n)] = at
+    return at
+
+
+def jobs(kind: int, cycles, table_n, in_n, table, incoming, scratch, to, size: int = params.ENTRY_BYTES) -> Jobs:
+    """Jobs of T tiles.
+
+    cycles, table_n, in_n int64[T]: nominal cycles, entries of the table and of the incoming list; table, incoming,
+    scratch, to int64[T]: byte addresses; size: bytes of an entry.
+    """
+    lists = [np.ascontiguousarray(x, np.int64) for x in (table_n, in_n, table, incoming, scratch, to)]
+    piece_at = np.zeros(len(lists[0]) + 1, np.int64)
+    count = 0
+    out = None
+    for _ in range(2):  # once to count, once to fill
+        out = Jobs(
+            np.asarray(cycles, np.int64), piece_at, np.zeros(count, np.int64), np.zeros(count, np.int64),
+            np.zeros(count, np.bool_), np.zeros(count, np.int64),
+        )  # fmt: skip
+        count = _all(out, piece_at, kind, *lists, size, params.CHUNK)
+    return out
+
+
+def chunk_sort_cycles(n: np.ndarray) -> np.ndarray:
+    """Cycles in which a sorting core of GSCore's kind sorts n entries on chip: n for each doubling of runs of 16.
+
+    The paper's simulator charges ceil(log2(n / 16)) * n cycles for a chunk, n below 16.
+    """
+    n = np.asarray(n, np.int64)
+    whole, rest = n // params.CHUNK, n % params.CHUNK
+    levels = np.ceil(np.log2(np.maximum(rest, 1) / params.SORT_N)).clip(1).astype(np.int64)
+    return whole * params.CHUNK * int(np.log2(params.CHUNK / params.SORT_N)) + levels * rest
