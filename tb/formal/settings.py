@@ -106,6 +106,8 @@ SETTINGS = {
 # Too large for a proof of their own; their output streams are those of the parts named here.
 LEFT_OUT = {
     "gs_pixel_resolver": "px is the output of a gs_skid",
+    "gs_late_buffer": "feat_req and upd are outputs of gs_skid",
+    "gs_late_core": "feat_req and upd are those of gs_late_buffer, px is that of gs_pixel_resolver",
     "gs_raster_core": "feat_req and upd are those of gs_batch_buffer, px is that of gs_pixel_resolver",
     "gs_raster_lane": "done joins those of both writers, the other streams are those of the gs_axi units",
     "gs_slice": "its streams are those of the sort lanes and of the raster lane",
