@@ -9,8 +9,13 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params, records
+from golden.cameras import default_view, path
+from golden.cameras.camera import look_at
+from golden.frame import Renderer, tiles_of
 from golden.raster_core import candidate_tester, late_buffer, late_core, late_timing, pixel_resolver
 from golden.raster_core.group_finder import mask
+from golden.scene import load
+from golden.settings import Settings
 from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, start_clock
 from tb.raster_core.scenes import every_entry, record_words, scene, tiles, walls
 from tb.raster_core.test_raster_core import PX, UPD, Memory, Timed, expected_pixels, some, watch_trace
@@ -213,6 +218,23 @@ async def test_a_picture_of_tiles(dut):
     offsets, words = every_entry(features, 6)
     words = np.concatenate([nearly(words[b:e], features, b) for b, e in pairwise(offsets)])
     await run(dut, features, (offsets, words), tiles(130, 70), (130, 70), delay=(100, 300))
+
+
+@cocotb.test(skip=FOUR_STATE)
+async def test_two_tiles_of_a_moving_room(dut):
+    """The longest table and a middling one of the third frame of a walk around the built-in room."""
+    room = load("builtin:room?n=6000")
+    eye, at, up, fovy = default_view(room)
+    size = 320, 192
+    renderer = Renderer(room, Settings(), late=True)
+    for camera in path("orbit", look_at(eye, at, up, fovy, *size), range(3), 30, 1.0, at, 1.0, 0, up):
+        frame = renderer.frame(camera)
+    lengths = frame.merged.lengths
+    chosen = np.argsort(lengths)[[len(lengths) // 2, -1]]
+    assert lengths[chosen].min() > 20
+    words = [frame.merged.tile(tile) for tile in chosen]
+    lists = np.concatenate(([0], np.cumsum(lengths[chosen]))), np.concatenate(words)
+    await run(dut, frame.features, lists, tiles_of(*size)[chosen], size, frame.first)
 
 
 @cocotb.test(skip=FOUR_STATE)
