@@ -34,6 +34,19 @@ def test_rtl_equals_golden(tmp_path, capsys):
         assert ours["sha256"] == theirs["sha256"]
 
 
+def test_answers_that_are_late_at_random_change_cycles_only(tmp_path, capsys):
+    runs = []
+    for jitter in (0, 30, 600):
+        folder = tmp_path / str(jitter)
+        late = ["--set", f"answer_jitter={jitter}"]
+        assert cli.run([*RUN, *late, "--frames", "2", "-o", str(folder)]) == 0
+        assert "0 differences in 2 frames" in capsys.readouterr().out
+        runs.append(json.loads((folder / "stats.json").read_text())["per_frame"])
+    for records in zip(*runs, strict=True):
+        assert len({record["cycles"] for record in records}) == 3
+        assert len({record["sha256"] for record in records}) == 1
+
+
 def test_render_by_rtl(tmp_path):
     with pytest.raises(InputError, match="-o DIR"):
         cli.run(["render", *RUN[1:], "--model", "rtl"])
@@ -59,6 +72,8 @@ def changed(array: np.ndarray, k: int, mask: int) -> np.ndarray:
         ("rgb8", 8, 1, ["pixel resolver", "pixel (2, 0), blue"]),
         ("blends", 1, 1, ["blends", "tile 1"]),
         ("sorted", 2, 1, ["sorting cores, cycle", "tile 2"]),
+        ("px_first", 1, 1, ["raster core, cycle", "first pixels", "tile 1"]),
+        ("px_last", 0, 1, ["raster core, cycle", "last pixels", "tile 0"]),
         ("done", 3, 1, ["slice, cycle", "tile 3"]),
     ],
 )

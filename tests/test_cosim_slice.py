@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from golden import dma, params, records
+from golden import slice as gs_slice
 from golden.cosim.model import CosimError, Slice
+from golden.raster_core import raster_lane
 from golden.raster_core.raster_core import rasterise
 from golden.slice import frame_times, sort_jobs
-from golden.sorting_core import sort_sequencer, sorting_core
+from golden.sorting_core import sort_lane, sort_sequencer, sorting_core
 
 pytestmark = pytest.mark.slow  # builds the RTL model: a minute where it is not there yet
 BACKGROUND = (100, 2000, 1024)
@@ -136,6 +138,36 @@ def test_both_memories_draw_the_same_delays():
 def test_cycles_when_answers_are_late_at_random(jitter, seed):
     lengths = [0, 1, 256, 0, 700, 0, 512, 257, 2, 255, 0, 0, 0, 0, 300, 3, 1, 1, 0, 256]
     frames((4 * 64 + 2, 3 * 64 + 6), 20 + seed, dma.Latency(1 + 20 * seed, 30, jitter, seed), lengths=lengths)
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "wrong", "compiled", "found"),
+    [
+        (
+            sort_lane,
+            "NEXT_COMMAND",
+            sort_sequencer.NEXT_COMMAND + 1,
+            [(sort_lane, "run_job"), (gs_slice, "_jobs")],
+            "sorted",
+        ),
+        (gs_slice, "OFFER", gs_slice.OFFER + 1, [(gs_slice, "_frame")], "accepted"),
+        (
+            raster_lane,
+            "end_tile",
+            lambda *_: (10_000, 10_001),
+            [(raster_lane, "step"), (gs_slice, "_frame")],
+            "px_first",
+        ),
+    ],
+)
+def test_a_wrong_formula_is_found(monkeypatch, module, name, wrong, compiled, found):
+    """compiled: the functions to be interpreted, so that they see what is changed."""
+    for place, function in compiled:
+        monkeypatch.setattr(place, function, getattr(place, function).py_func)
+    frames((128, 64), 12, dma.LATENCY, n_frames=1)
+    monkeypatch.setattr(module, name, wrong)
+    with pytest.raises(AssertionError, match=found):
+        frames((128, 64), 12, dma.LATENCY, n_frames=1)
 
 
 @pytest.mark.parametrize("stall", [1, 2, 3])
