@@ -114,7 +114,7 @@ class Renderer:
     def _keys(self, features: Features) -> np.ndarray:
         """[N] keys of incoming entries where a table is reused."""
         if self.settings.consistent(self.late) and self.camera:
-            return depth_key(depths(self.gaussians, self.camera))
+            return depth_key(depths(self.gaussians, self.camera)).astype(np.int32)
         return features.key
 
     def _turned(self, camera: Camera) -> bool:
