@@ -17,7 +17,7 @@ TOP = "gs_candidate_tester"
 SLOW = True
 PARAMETERS = [{}, {"CHUNK": 32, "QUEUE": 32, "MARKS": 4}]
 SIZE = (130, 70)
-LIMIT = {"timeout_time": 1_000_000, "timeout_unit": "step"}
+LIMIT = {"timeout_time": 400_000, "timeout_unit": "step"}
 ORIGINS = ((0, 0), (128, 64), (64, 0), (128, 0), (0, 64))
 
 
