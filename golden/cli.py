@@ -30,6 +30,8 @@ def _arguments(argv: list[str]) -> list[str]:
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
     from golden.job import add_common
+    from golden.timing import traces
+    from golden.timing.hardware import HARDWARE
 
     top = _Parser(prog="splatcore", description="Neo's reuse-and-update 3D Gaussian rendering as verified hardware.")
     top.add_argument("--version", action="version", version=__version__)
@@ -43,6 +45,13 @@ def parser() -> argparse.ArgumentParser:
     cosim = commands.add_parser("cosim", help="the RTL beside the golden model; status 1 at the first difference")
     add_common(cosim)
     cosim.add_argument("--no-oracle", action="store_true", help="leave out the PSNR against the oracle")
+    simulate = commands.add_parser("simulate", help="frames a second, cycles, bytes and quality of an accelerator")
+    add_common(simulate)
+    simulate.add_argument("--hardware", default="splatcore", metavar="NAME", help="|".join(HARDWARE))
+    simulate.add_argument("--json", metavar="FILE", help="write the result there")
+    simulate.add_argument("--no-oracle", action="store_true", help="leave out the quality of each frame")
+    export = commands.add_parser("export", help="traces for other simulators")
+    traces.add_arguments(export)
     return top
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 
@@ -17,7 +18,9 @@ from golden.errors import InputError
 from golden.frame import Renderer
 from golden.job import Job, prepare
 from golden.preprocess import project
-from golden.report.stats import Output, frame_record
+from golden.report import summary
+from golden.report.stats import Output, frame_record, write_json
+from golden.timing import hardware
 
 
 def _progress() -> Progress:
@@ -136,3 +139,39 @@ def cosim(args: argparse.Namespace) -> int:
     if status == 0:
         print(pair.summary())
     return status
+
+
+def simulate(args: argparse.Namespace) -> int:
+    """`splatcore simulate`: an accelerator's time, bytes and picture, frame by frame."""
+    from golden.timing import simulate as simulation
+
+    args.set, keys = simulation.split_settings(args.set)
+    machine = hardware.configure(args.hardware, keys)
+    sorting = simulation.strategy(machine, args.sorting)
+    args.sorting = sorting
+    if args.json and (os.path.isdir(args.json) or not os.path.isdir(os.path.dirname(args.json) or ".")):
+        raise InputError(f"--json {args.json}: wants the name of a file in a folder that exists")
+    job = prepare(args)
+    _threads(args)
+    output = Output(args.out, {}) if args.out else None
+    with _progress() as progress:
+        task = progress.add_task(f"simulate {machine.name}", total=len(job.frames))
+        quality = "none" if args.no_oracle else "oracle"
+        result = simulation.compare_job(
+            job, [(machine, sorting)], quality, lambda done, _: progress.update(task, completed=done), output
+        )[0]
+    if output:
+        output.finish(result)
+    if args.json:
+        write_json(args.json, result)
+    summary.show(result, machine)
+    return 0 if result["frames"] == len(job.frames) else 130
+
+
+def export(args: argparse.Namespace) -> int:
+    """`splatcore export`: a trace for another simulator."""
+    from golden.timing import traces
+
+    with _progress() as progress:
+        task = progress.add_task(f"export {args.trace}")
+        return traces.export(args, lambda done, total: progress.update(task, completed=done, total=total))

@@ -10,10 +10,9 @@ from golden.cameras.camera import Camera, look_at
 from golden.cameras.paths import KINDS
 from golden.cameras.readers import RELATIVE, kind_of
 from golden.errors import InputError
+from golden.frame import SORTINGS, parse_sorting
 from golden.scene.gaussians import Gaussians
 from golden.settings import Settings, parse
-
-SORTINGS = ("reuse", "full")
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +30,9 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="see `splatcore info --keys`")
     parser.add_argument("--seed", type=int, default=0, help="of every random choice (default: 0)")
     parser.add_argument("--jobs", type=int, default=0, metavar="N", help="threads (default: all cores)")
-    parser.add_argument("--sorting", choices=SORTINGS, default="reuse", help="table strategy (default: %(default)s)")
+    parser.add_argument(
+        "--sorting", metavar="STRATEGY", help=f"of the tables: {SORTINGS} (default: reuse; gscore, gpu: full)"
+    )
     parser.add_argument("-o", dest="out", metavar="DIR", help="folder for pictures and stats.json")
 
 
@@ -60,6 +61,8 @@ def prepare(args: argparse.Namespace) -> Job:
     frames = cameras.parse_frames(args.frames)
     if args.effects != "auto":
         raise InputError(f"--effects {args.effects}: only auto is known")
+    args.sorting = args.sorting or "reuse"
+    parse_sorting(args.sorting)
     if args.jobs < 0:
         raise InputError(f"--jobs {args.jobs}: wants 0 (all cores) or more")
     gaussians = scene.load(args.scene)

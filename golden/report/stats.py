@@ -44,6 +44,15 @@ def _atomically(path: Path, write) -> None:
     os.replace(part, path)
 
 
+def write_json(path: str | Path, value: dict) -> None:
+    """Write a result; InputError when the file cannot be made."""
+    text = json.dumps(value, indent=1, allow_nan=False).encode()
+    try:
+        _atomically(Path(path), lambda file: file.write(text))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); wants a file in a writable folder") from None
+
+
 def to_8_bit(image: np.ndarray) -> np.ndarray:
     """[H, W, 3] real values to 0..255, half up, saturated."""
     return np.clip(np.floor(image.astype(np.float64) * 255 + 0.5), 0, 255).astype(np.uint8)
@@ -75,9 +84,9 @@ class Output:
         picture = Image.fromarray(to_8_bit(image))
         _atomically(stem.with_suffix(".png"), lambda file: picture.save(file, "PNG"))
 
-    def finish(self) -> dict:
-        """Write stats.json with what there is; returns it."""
-        stats = {
+    def finish(self, stats: dict | None = None) -> dict:
+        """Write stats.json, with what there is when no stats are given; returns it."""
+        stats = stats or {
             **self.head,
             "frames": len(self.frames),
             "fps": None,
@@ -87,6 +96,5 @@ class Output:
             "per_frame": self.frames,
         }
         if self.folder is not None:
-            text = json.dumps(stats, indent=1, allow_nan=False).encode()
-            _atomically(self.folder / "stats.json", lambda file: file.write(text))
+            write_json(self.folder / "stats.json", stats)
         return stats

@@ -83,6 +83,7 @@ class Accelerator:
             record_stride=hardware.record_stride,
             incoming_bytes=hardware.entry_bytes if hardware.scratch else params.ENTRY_BYTES,
             tile=hardware.tile,
+            combine_lines=hardware.combine_lines,
         )
         self.at = regions(self.formats, len(gaussians), width, height, ENTRIES)
         self.memory = memory.lpddr4(hardware.channels)
@@ -258,7 +259,7 @@ def _small_counts(small: tiles16.Tiles16, n: np.ndarray, result) -> tuple[np.nda
     """
     share = result.scu_ops.sum() / max(result.pairs.sum(), 1)
     batch_at = np.concatenate((np.zeros(1, np.int64), np.cumsum(-(-n // params.CHUNK))))
-    counts = np.zeros((batch_at[-1], 1, params.UNITS), np.int64)
+    counts = np.zeros((batch_at[-1], 1, params.UNITS), np.uint16)
     tile = np.repeat(np.arange(len(n)), n)
     batch = batch_at[tile] + (np.arange(len(small.bits)) - small.offsets[tile]) // params.CHUNK
     for unit in range(params.UNITS):

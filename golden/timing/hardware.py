@@ -46,6 +46,9 @@ class Hardware:
     tile: int = _key("pixels", "16|64", "side of a tile", _one_of(16, 64), 64)
     entry_bytes: int = _key("bytes", "4|6|8|16", "entry of a table in memory", _one_of(4, 6, 8, 16), 6)
     position_bytes: int = _key("bytes", "6|12", "of a Gaussian's position in the scene", _one_of(6, 12), 12)
+    combine_lines: int = _key(
+        "lines", "1..65536", "write-combining buffer before the incoming lists", _between(1, 65536), 64
+    )
     record_stride: int = _key("bytes", "24|32|64", "distance of two feature records", _one_of(24, 32, 64), 32)
     cache_kb: int = _key("KB", "0..4096", "record caches, all raster cores together; 0: none", _between(0, 4096), 0)
     morton: bool = _key("", "0|1", "Gaussians lie in memory along a Morton curve", _one_of(0, 1), False)
@@ -83,9 +86,9 @@ HARDWARE = {
         replace(_NEO, name="neo-s", note="Neo without the update by the raster cores", deferred_update=False),
         Hardware(
             "gscore", "GSCore with 16 sorting and 4 x 4 raster units, 16-pixel tiles, sorted from scratch",
-            raster="given", scratch=True, tile=16, entry_bytes=8, cache_kb=128,
+            raster="given", scratch=True, tile=16, entry_bytes=8, combine_lines=1 << 14, cache_kb=128,
         ),
-        Hardware("gscore-64", "GSCore on Neo's 64-pixel tiles", raster="given", scratch=True, entry_bytes=16,
+        Hardware("gscore-64", "GSCore on Neo's 64-pixel tiles", raster="given", scratch=True, entry_bytes=16, combine_lines=1 << 14,
             cache_kb=128),
         Hardware("gpu", "Orin AGX as a roofline", raster="gpu", scratch=True, tile=16, channels=16),
     )

@@ -77,7 +77,7 @@ class Raster(NamedTuple):
 
 
 def new_state(core: int, slices: int, origin: int):
-    """(state, dones, ports, unit, asked, arrived, offered, ring, queue, lost) of raster lanes that are out of reset from cycle `origin` on."""
+    """The last fields of Raster, of raster lanes that are out of reset from cycle `origin` on."""
     state = np.zeros((slices, STATE_N), np.int64)
     state[:, [LIST_FREE, BLEND_END, RECORD, FREE_A, FREE_B]] = origin
     make = late_timing.new_state if core == CANDIDATES else raster_lane.new_state
@@ -85,7 +85,8 @@ def new_state(core: int, slices: int, origin: int):
     return (
         state, np.full((slices, TILES), origin - 1, np.int64), np.stack([dma.new_ports()] * slices), unit,
         *np.zeros((2, slices, params.CHUNK), np.int64), np.zeros((slices, params.CHUNK + 1), np.int64),
-        np.zeros((slices, OUTSTANDING + 1), np.int64), np.zeros((slices, QUEUE, 3), np.int64), np.zeros((slices, CAUSES_N), np.int64),
+        np.zeros((slices, OUTSTANDING + 1), np.int64), np.zeros((slices, QUEUE, 3), np.int64),
+        np.zeros((slices, CAUSES_N), np.int64),
     )  # fmt: skip
 
 
@@ -189,7 +190,7 @@ def _push(raster, s, cycle, begin, end):
 
 @numba.njit(cache=True)
 def _lose(raster, s, before, ready, offered, sort, counts, m):
-    """Attributes the cycles from `before` to the lane's BLEND_END. ready: the batch can be tested; sort: late, of it."""
+    """Attributes the cycles from `before` to the lane's BLEND_END. ready: the batch can be tested; sort: its part."""
     state = raster.state[s]
     lost = raster.lost[s]
     room = state[BLEND_END] - before
@@ -300,7 +301,6 @@ def batch(raster, s, tile, now, memory):
 def finish(raster, s, tile, memory):
     """Behind a tile's last batch: its pixels; returns the cycle of done."""
     state = raster.state[s]
-    n = raster.entry_at[tile + 1] - raster.entry_at[tile]
     beats = raster.beats[tile]
     ports = raster.ports[s]
     if raster.core == CANDIDATES:

@@ -16,7 +16,7 @@ from golden import metrics, oracle, params
 from golden.errors import InputError
 from golden.frame import Frame, Renderer
 from golden.preprocess import project
-from golden.report.stats import frame_record
+from golden.report.stats import Output, frame_record
 from golden.timing import gpu, hardware, memory, raster_agent
 from golden.timing.accelerator import Accelerator
 from golden.timing.address_map import LINE
@@ -94,7 +94,7 @@ class Run:
         if not machine.preprocess_ahead:
             preprocess, _ = a.run(blocks, None)
             blocks = drawn.beside
-        main, trace = a.run(blocks, drawn)
+        trace = a.run(blocks, drawn)[1]
         after, _ = a.run(drawn.after, None) if len(drawn.after.cycles) else (0, None)
         cycles = a.cycle - begin
         lost = (a.lanes[-1] - lost).sum(axis=0)
@@ -137,13 +137,17 @@ def _picture_key(machine: Hardware, sorting: str) -> tuple[str, bool]:
 
 
 def compare_job(
-    job, machines: list[tuple[Hardware, str]], quality: str = "oracle", on_frame: Callable | None = None
+    job,
+    machines: list[tuple[Hardware, str]],
+    quality: str = "oracle",
+    on_frame: Callable | None = None,
+    output: Output | None = None,
 ) -> list[dict]:
     """One JSON of `simulate` for each (hardware, sorting), all on the same frames.
 
     quality: "oracle" compares each picture with the float64 oracle, "exact" with the golden model's exactly sorted
-    picture, "none" with nothing. on_frame(done, number of frames) is called behind each frame. Ctrl-C ends the
-    sequence: the frames so far are returned.
+    picture, "none" with nothing. on_frame(done, number of frames) is called behind each frame. output keeps the first
+    one's pictures. Ctrl-C ends the sequence: the frames so far are returned.
     """
     runs = [Run(job, machine, sorting) for machine, sorting in machines]
     wanted = {_picture_key(run.machine, run.sorting) for run in runs}
@@ -165,6 +169,8 @@ def compare_job(
             for run in runs:
                 key = _picture_key(run.machine, run.sorting)
                 run.add(frames[key], marks[key])
+            if output:
+                output.add(job.frames[index], frames[_picture_key(runs[0].machine, runs[0].sorting)].image, {})
             if on_frame:
                 on_frame(index + 1, len(job.cameras))
     except KeyboardInterrupt:
