@@ -88,7 +88,7 @@ module gs_late_sorter #(
     wire [SLOT_W:0]    feed_next = feed_slot + ONE;
     wire [SLOT_W:0]    feed_n    = batch_n[feed_bank*(SLOT_W+1) +: SLOT_W+1];
     wire               feed_here = batch_known[feed_bank] && !fed[feed_bank];
-    wire               feed_end  = feed_here && batch_last[feed_bank] && feed_n == feed_slot;
+    wire               feed_end  = feed_here && feed_n == feed_slot;  // behind a full batch's last word it has moved on
     wire               feed_full = feed_here && !batch_last[feed_bank] && feed_n == feed_next;
     wire               feed_some = feed_end || waiting != {WAIT_W{1'b0}};
     wire               feed_read = head_go && feed_some && !feed_end;

@@ -86,6 +86,20 @@ class Bench:
         signal.value = 0
         return cycle()
 
+    async def geometry(self, batch: Batch, pos: int, issues: bool = False) -> None:
+        """Compares what is read at a position; issues: in the cycle of test_issued."""
+        dut = self.dut
+        dut.geometry_pos.value, dut.test_issued.value = pos, issues
+        await self.pulse(dut.geometry_en)
+        dut.test_issued.value = 0
+        if issues:
+            self.issued.append(cycle())
+        await self.edge
+        await self.edge
+        slot = int(batch.order[pos])
+        assert int(dut.geometry_slot.value) == slot, f"position {pos}"
+        assert int(dut.geometry.value) == self.records[batch.indices[slot]] & GEOMETRY_MASK
+
     async def watch(self) -> None:
         """When each batch is shown."""
         while True:
@@ -109,15 +123,12 @@ class Bench:
                     await self.pulse(dut.cand_en)
                     await self.edge
                     assert int(dut.cand_bits.value) == batch.words[group, block], f"group {group} block {block}"
-            for pos in [self.random.randrange(n) for _ in range(min(n, 40))] + [0, n - 1] * (n > 0):
-                dut.geometry_pos.value = pos
-                await self.pulse(dut.geometry_en)
-                await self.edge
-                await self.edge
-                slot = int(batch.order[pos])
-                assert int(dut.geometry_slot.value) == slot, f"position {pos}"
-                assert int(dut.geometry.value) == self.records[batch.indices[slot]] & GEOMETRY_MASK
-            self.issued.append(await self.pulse(dut.test_issued))
+            for pos in [self.random.randrange(n) for _ in range(40)] + [0] if n else ():
+                await self.geometry(batch, pos)
+            if n:
+                await self.geometry(batch, n - 1, issues=True)
+            else:
+                self.issued.append(await self.pulse(dut.test_issued))
             slots = [slot for slot in range(n) for _ in range(self.random.randrange(3) + int(batch.hit[slot]))]
             self.random.shuffle(slots)
             told = set()
