@@ -1,4 +1,4 @@
-// gs_late_buffer: three batches of a table, whose records are fetched and sorted, lent to tester and blender, written back
+// gs_late_buffer: three batches of a table: their records are fetched, sorted, lent to tester and blender, written back
 //
 //   an entry a cycle in and out, a record every three cycles; entry_ready, tile_ready and feat_ready see registers only
 //
