@@ -3,7 +3,7 @@
 What is computed stands beside each unit: golden/sorting_core/sort_lane.py (tables), golden/raster_core/raster_core.py
 (pixels, bitmaps, tables written back). Cycle 0 is the first one in which the slice is out of reset; the host offers a
 tile as soon as the one before it is taken, and takes done at once. Behind every memory port is a memory of dma.py; it
-takes addresses and data at once and answers after a fixed latency and, with jitter, later by chance.
+takes addresses and data at once, answers after a fixed latency and, with jitter, later by chance.
 """
 
 from __future__ import annotations

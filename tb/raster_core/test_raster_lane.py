@@ -31,10 +31,10 @@ PORTS = {  # of dma.py, by channel
 
 async def run(
     dut, lengths: list[int], latency: dma.Latency = dma.LATENCY, stall: str = "none", seed: int = 0, some=range(COUNT)
-) -> None:
+) -> list[int]:
     """Tiles of the picture, over and over, with tables of these lengths; compares memory, and cycles without stalls.
 
-    some: the Gaussians that the tables list.
+    some: the Gaussians that the tables list. Returns the cycles of done.
     """
     start_clock(dut)
     features = scene(COUNT, WIDTH, HEIGHT, seed=seed)
@@ -96,6 +96,7 @@ async def run(
             assert start.cycles[t] == times[raster_lane.START], t
             assert done.cycles[t] == times[raster_lane.DONE], t
             offered = times[raster_lane.START] + 1
+    return done.cycles
 
 
 @cocotb.test()
@@ -108,6 +109,13 @@ async def test_tables_pixels_and_cycles_equal_golden(dut, latency):
 @cocotb.parametrize(jitter=[9, 300], seed=[1, 2])
 async def test_cycles_equal_golden_when_answers_are_late_at_random(dut, jitter, seed):
     await run(dut, [3, 256, 0, 1, 130, 0, 0, 257, 0, 16], dma.Latency(5, 5, jitter, seed))
+
+
+@cocotb.test()
+async def test_a_done_waits_for_the_done_before_it(dut):
+    """An empty table behind one that is answered late: two dones in two cycles."""
+    cycles = await run(dut, [0, 0, 1, 0] * 4, dma.Latency(5, 5, 300, 21))
+    assert 1 in np.diff(cycles)
 
 
 @cocotb.test()
