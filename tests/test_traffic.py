@@ -56,7 +56,7 @@ def test_lines_of_blocks_equal_sets_of_bytes(name):
     scene = crowd(3)
     n = len(scene)
     stored = clusters.store(scene, f.clusters)  # along the curve where clusters are culled
-    renderer = Renderer(scene, Settings())
+    renderer = Renderer(scene, Settings(colour_every=f.colour_every))
     last = seen_before = kept_sizes = None
     frames_with = Counter()
     for number, angle in enumerate((0, 3, 120)):
@@ -85,11 +85,11 @@ def test_lines_of_blocks_equal_sets_of_bytes(name):
                 assert {g for _, g in now} <= {g for _, g in rest}
                 want |= touched(*((at.rest + p * f.rest_step, f.rest_bytes) for p, _ in rest))
                 if f.split:
-                    old = [(p, g) for p, g in now if before[g] and g % f.colour_every != number % f.colour_every]
+                    old = [(p, g) for p, g in now if not frame.coloured[g]]
                     frames_with["old"] += len(old)
                     new = set(now) - set(old)
                     want |= touched(*((at.harmonics + p * f.harmonics_bytes, f.harmonics_bytes) for p, _ in new))
-                    want |= touched(*((at.features[1 - number & 1] + p * f.record_stride, 24) for p, _ in old))
+                    want |= touched(*((at.colours + p * 5, 5) for p, _ in old))
             if last is not None and f.membership and any(before[g] for _, g in who):
                 size = last.end[b] - last.begin[b] if lives else 32
                 assert last.end[b] - last.begin[b] == kept_sizes[b]
@@ -101,6 +101,7 @@ def test_lines_of_blocks_equal_sets_of_bytes(name):
 
             records = {g for _, g in now} | {g for _, g in who if before[g]}
             want = touched(*((at.features[number & 1] + p * f.record_stride, 24) for p, g in who if g in records))
+            want |= touched(*((at.colours + p * 5, 5 * f.split) for p, g in now if frame.coloured[g]))
             if f.membership and (b % 8 == 7 or b == stored.blocks - 1):
                 want |= touched((at.blocks[number & 1] + 8 * b, 8))
             written = got.blocks.write[got.blocks.write_at[b] : got.blocks.write_at[b + 1]].tolist()
@@ -115,7 +116,7 @@ def test_lines_of_blocks_equal_sets_of_bytes(name):
             assert written_members == touched((at.members[number & 1], full))
 
             tests = [int(tiles[g]) for _, g in now]
-            fresh = sum(not before[g] or g % f.colour_every == number % f.colour_every for _, g in now)
+            fresh = sum(frame.coloured[g] for _, g in now)
             cycles = max(len(places) / 4, fresh * (f.degree + 1) ** 2 / 4, sum(tests) / 4, *tests, 0)
             assert got.blocks.cycles[b] == (int(np.ceil(cycles)) if lives else CULL_CYCLES)
             frames_with["culled"] += not lives
@@ -242,7 +243,8 @@ def test_regions_do_not_overlap(name):
     lists = 5000 * 16 + tiles * LINE
     need = {
         "positions": 1000 * f.position_stride, "rest": 1000 * f.rest_step, "clusters": 4 * 32, "blocks": 4 * 8,
-        "harmonics": 1000 * f.harmonics_bytes * f.split, "members": 4 * 32 + 1000 * (8 + -(-tiles // 8)),
+        "harmonics": 1000 * f.harmonics_bytes * f.split, "colours": 5000 * f.split,
+        "members": 4 * 32 + 1000 * (8 + -(-tiles // 8)),
         "features": 1000 * f.record_stride, "incoming": lists, "scratch": lists, "tables": lists,
         "image": image_lines(*SIZE) * LINE,
     }  # fmt: skip

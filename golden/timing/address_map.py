@@ -11,6 +11,7 @@ from golden import params
 LINE = 64  # bytes of a memory access
 BLOCK = 256  # Gaussians that are preprocessed together, and of a cluster
 PAGE = 4096  # bytes: regions start at multiples
+COLOUR_BYTES = 5  # of a colour that is kept: 39 bits
 SPHERE_BYTES = 32  # of a cluster: centre, spread and reach, float32
 START_BYTES = 8  # of a block: where its membership data start
 HEAD_BYTES = 32  # of a block's membership data: one bit a Gaussian, visible or not
@@ -28,7 +29,7 @@ class Formats:
     position_bytes: int = 12  # three float32; the paper's artifact: 6, three float16
     reach: bool = False  # the Gaussian's reach lies beside its position: culling needs nothing else (2 bytes more)
     rest_stride: int = 0  # bytes from one Gaussian's other parameters to the next's; 0: packed
-    colour_every: int = 1  # frames from one evaluation of a colour to the next; above 1 harmonics lie apart
+    colour_every: int = 1  # frames that a colour is kept; above 1 harmonics and the kept colours lie apart
     clusters: bool = False  # blocks are culled whole by their bounding sphere
     membership: bool = True  # "was it in the tile's last table?" is answered from memory; False: every pair is listed
     record_stride: int = 32  # bytes from one feature record to the next
@@ -68,6 +69,7 @@ class Regions:
     positions: int
     rest: int
     harmonics: int
+    colours: int
     clusters: int
     blocks: tuple[int, int]
     members: tuple[int, int]
@@ -104,6 +106,7 @@ def regions(formats: Formats, scene_n: int, width: int, height: int, entries: in
         positions=take(formats.position_stride * scene_n),
         rest=take(formats.rest_step * scene_n),
         harmonics=take(formats.harmonics_bytes * scene_n if formats.split else 0),
+        colours=take(COLOUR_BYTES * scene_n if formats.split else 0),
         clusters=take(SPHERE_BYTES * blocks),
         blocks=both(START_BYTES * blocks),
         members=both(HEAD_BYTES * blocks + member * scene_n),

@@ -59,7 +59,6 @@ def preprocess(
     f = formats
     visible = frame.features.visible
     before = np.zeros(n, np.bool_) if last is None else last.visible
-    fresh = visible & ((np.arange(n) % f.colour_every == number % f.colour_every) | ~before)
     who = Who(
         order=stored.order,
         alive=seen(frame.camera, stored.centre, stored.spread, stored.block_reach)
@@ -67,8 +66,8 @@ def preprocess(
         else np.ones(blocks, np.bool_),
         rest=seen(frame.camera, stored.means, np.zeros(n), stored.reach) if f.reach else visible,
         visible=visible,
-        fresh=fresh,
-        old=visible & ~fresh,
+        fresh=frame.coloured,
+        old=visible & ~frame.coloured,
         record=visible | before if f.membership else visible,
         tested=tiles_in_box(frame, f.tile),
     )
@@ -78,8 +77,8 @@ def preprocess(
         units,
     )  # fmt: skip
     bases = Bases(
-        at.positions, at.rest, at.harmonics, at.clusters, at.blocks[1 - this], at.blocks[this], at.members[1 - this],
-        at.members[this], at.features[1 - this], at.features[this],
+        at.positions, at.rest, at.harmonics, at.colours, at.clusters, at.blocks[1 - this], at.blocks[this],
+        at.members[1 - this], at.members[this], at.features[this],
     )  # fmt: skip
     starts, offsets, index = lists
     out = room(f, n, blocks, len(index), int(extra_bytes(who.tested).sum()))

@@ -10,6 +10,7 @@ import numpy as np
 from golden import params
 from golden.timing.address_map import (
     BLOCK,
+    COLOUR_BYTES,
     HEAD_BYTES,
     LINE,
     MEMBER_BYTES,
@@ -21,8 +22,8 @@ from golden.timing.address_map import (
 from golden.timing.combine import append, flush, new_buffer
 
 CULL_CYCLES = 1  # of a block that is culled whole
-KINDS = ("positions", "rest", "harmonics", "old colours", "membership", "clusters", "records", "incoming")
-_POSITIONS, _REST, _HARMONICS, _OLD, _MEMBERS, _CLUSTERS, _RECORDS, _INCOMING = range(len(KINDS))
+KINDS = ("positions", "rest", "harmonics", "colours", "membership", "clusters", "records", "incoming")
+_POSITIONS, _REST, _HARMONICS, _COLOURS, _MEMBERS, _CLUSTERS, _RECORDS, _INCOMING = range(len(KINDS))
 
 
 class Blocks(NamedTuple):
@@ -41,7 +42,7 @@ class Who(NamedTuple):
     rest: np.ndarray  # bool[N], by Gaussian: parameters beside the position are read
     visible: np.ndarray  # bool[N]
     fresh: np.ndarray  # bool[N] colour is evaluated
-    old: np.ndarray  # bool[N] colour comes from the last frame's record
+    old: np.ndarray  # bool[N] colour is that of the last frame
     record: np.ndarray  # bool[N] a record is written: of the visible, and of who was, one that no test hits
     tested: np.ndarray  # int64[N] tiles tested
 
@@ -70,21 +71,21 @@ class Bases(NamedTuple):
     positions: int
     rest: int
     harmonics: int
+    colours: int
     clusters: int
     starts_in: int
     starts_out: int
     members_in: int
     members_out: int
-    features_in: int
-    features_out: int
+    features: int
 
 
 def room(formats: Formats, n: int, blocks: int, entries: int, extra: int) -> Blocks:
     """Blocks with more room than their lines can need."""
     f = formats
     members = blocks * 6 + ((HEAD_BYTES + LINE) * blocks + MEMBER_BYTES * n + extra) // LINE
-    read = n * (f.position_stride + f.rest_step + f.harmonics_bytes + f.record_stride) // LINE + 8 * (blocks + n)
-    write = n * f.record_stride // LINE + 2 * n + 3 * entries + f.combine_lines
+    read = n * (f.position_stride + f.rest_step + f.harmonics_bytes + COLOUR_BYTES) // LINE + 8 * (blocks + n)
+    write = n * (f.record_stride + COLOUR_BYTES) // LINE + 4 * n + 3 * entries + f.combine_lines
     at = np.zeros((2, blocks + 1), np.int64)
     lines = np.empty(read + members, np.int64), np.empty(write + members, np.int64)
     return Blocks(np.zeros(blocks, np.int64), at[0], lines[0], at[1], lines[1])
@@ -141,9 +142,8 @@ def _read(b, who, steps, bases, last, out, at, after, lines):
             at = _chosen(out, at, bases.harmonics, size, size, who.order, who.fresh, first, end)
             lines[_HARMONICS, 0] += at - begin
             begin = at
-            size = params.RECORD_BYTES
-            at = _chosen(out, at, bases.features_in, steps.record, size, who.order, who.old, first, end)
-            lines[_OLD, 0] += at - begin
+            at = _chosen(out, at, bases.colours, COLOUR_BYTES, COLOUR_BYTES, who.order, who.old, first, end)
+            lines[_COLOURS, 0] += at - begin
     if steps.membership and last[1][b] > last[0][b]:
         begin = at
         stop = last[1][b] if who.alive[b] else last[0][b] + HEAD_BYTES
@@ -159,8 +159,12 @@ def _write(b, who, steps, bases, by_place, buffer, list_at, members, cursor, out
     first, end = b * BLOCK, min((b + 1) * BLOCK, n)
     final = end == n
     begin = at
-    at = _chosen(out, at, bases.features_out, steps.record, params.RECORD_BYTES, who.order, who.record, first, end)
+    at = _chosen(out, at, bases.features, steps.record, params.RECORD_BYTES, who.order, who.record, first, end)
     lines[_RECORDS, 1] += at - begin
+    if steps.split:
+        begin = at
+        at = _chosen(out, at, bases.colours, COLOUR_BYTES, COLOUR_BYTES, who.order, who.fresh, first, end)
+        lines[_COLOURS, 1] += at - begin
     size = 0
     for p in range(first, end):
         if who.visible[who.order[p]]:
