@@ -131,6 +131,20 @@ def test_lines_of_blocks_equal_sets_of_bytes(name):
         assert frames_with["old"] and frames_with["culled"] and frames_with["culled membership"]
 
 
+def test_a_giant_keeps_one_duplication_unit_busy():
+    """100 tiles, so 60 bits of membership data beside the first 40."""
+    f = Formats()
+    scene = gaussians([(0, 0, 2), (0.5, 0.5, 3)], scales=[(9, 9, 9), (1e-3, 1e-3, 1e-3)])
+    frame = Renderer(scene, Settings()).frame(camera_a(640, 640))
+    at = regions(f, 2, 640, 640, 1000)
+    starts = list_starts(at.incoming[0], np.diff(frame.incoming.offsets), 6)
+    lists = starts, frame.incoming.offsets, indices_of(frame.incoming.words)
+    got = preprocess(clusters.store(scene, False), f, at, frame, None, 0, lists)
+    assert tiles_in_box(frame, 64).tolist() == [100, 1]
+    assert got.blocks.cycles.tolist() == [100]
+    assert got.members.end.tolist() == [32 + 8 + 8 + 8]
+
+
 def test_membership_of_the_last_frame_gives_the_incoming_lists():
     """Reading back who touched a tile in the last frame replaces reading the tables."""
     renderer = Renderer(crowd(4), Settings())
