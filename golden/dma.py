@@ -132,6 +132,15 @@ def record_head(index, base=0):
 
 
 @numba.njit(cache=True)
+def record_heads(indices, base=0):
+    """int64[m]: record_head of each."""
+    out = np.empty(len(indices), np.int64)
+    for k in range(len(indices)):
+        out[k] = record_head(indices[k], base)
+    return out
+
+
+@numba.njit(cache=True)
 def record_arrivals(asked, heads, port, ports, latency):
     """int64[m]: cycles in which gs_axi_record_reader offers records, each taken at once.
 

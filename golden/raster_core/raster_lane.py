@@ -147,16 +147,15 @@ def step(state, start, words, address, x, y, counts, view, latency, ports, times
     n = len(words)
     times[START], listed = begin_tile(state, start)
     arrivals = dma.list_arrival(listed, n, address, dma.TABLE, ports, latency)
-    heads = np.empty(params.CHUNK, np.int64)
+    heads = dma.record_heads(words & INDEX_MASK, view.feature)
     asked = np.empty(params.CHUNK, np.int64)
     block = np.empty(2, np.int64)
     for batch in range(n // params.CHUNK + 1):
         first = batch * params.CHUNK
         m = min(params.CHUNK, n - first)
-        for k in range(m):
-            heads[k] = dma.record_head(words[first + k] & INDEX_MASK, view.feature)
-        request_batch(state, arrivals[first : first + params.CHUNK], heads[:m], asked[:m])
-        records = dma.record_arrivals(asked[:m], heads[:m], dma.FEATURE, ports, latency)
+        part = heads[first : first + m]
+        request_batch(state, arrivals[first : first + params.CHUNK], part, asked[:m])
+        records = dma.record_arrivals(asked[:m], part, dma.FEATURE, ports, latency)
         work_batch(state, m, records[m - 1] if m > 0 else 0, counts[batch : batch + 1], block)
         dma.write_block(block[0], m, address + first * params.ENTRY_BYTES, dma.DRAWN_TABLE, ports, latency)
     rows = min(params.TILE, view.height - y)
