@@ -263,17 +263,16 @@ module gs_late_buffer #(
     reg  [WORD_W-1:0] w2_word;
     wire              w2_ready;
     wire [2:0]        any;
-    wire              w2_go    = w2_ready || !w2_valid;
-    wire              w1_go    = w2_go || !w1_valid;
+    wire              out_go   = w2_ready || !w2_valid;
     wire              out_more = over[out_bank] && !written[out_bank] && !out_all;
     wire [SLOT_W:0]   out_next = out_pos + ONE;
     wire [SLOT_W:0]   out_n    = bank_n[out_bank];
-    assign            out_read = out_more && w1_go;
+    assign            out_read = out_more && out_go;
     wire              out_end  = out_n == NONE || out_next == out_n;
     wire              out_over = w2_valid && w2_ready && w2_end;
     always @(posedge clk) begin
-        if (w1_go) {w1_valid, w1_end} <= {out_more, out_end};
-        if (w2_go) {w2_valid, w2_end, w2_word} <= {w1_valid, w1_end, out_word};
+        if (out_go) {w1_valid, w1_end} <= {out_more, out_end};
+        if (out_go) {w2_valid, w2_end, w2_word} <= {w1_valid, w1_end, out_word};
         if (out_read) {out_all, out_pos} <= {out_end, out_end ? NONE : out_next};
         if (out_over) {out_all, out_bank} <= {1'b0, behind(out_bank)};
         if (rst) {w1_valid, w2_valid, out_all, out_bank, out_pos} <= {5'd0, NONE};
@@ -292,7 +291,7 @@ module gs_late_buffer #(
             wire hits  = hit_valid && hit_any && hit_bank == b;
             gs_ram #(.WIDTH(1), .DEPTH(CHUNK)) any_ram (
                 .clk(clk), .wr_en(fills || hits), .wr_addr(hits ? hit_slot : fill_n[SLOT_W-1:0]), .wr_data(hits),
-                .rd_en(w2_go && out_bank == b), .rd_addr(out_slot), .rd_data(any[b])
+                .rd_en(out_go && out_bank == b), .rd_addr(out_slot), .rd_data(any[b])
             );
         end
     endgenerate
