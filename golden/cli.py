@@ -30,6 +30,7 @@ def _arguments(argv: list[str]) -> list[str]:
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
     from golden.job import add_common
+    from golden.report import reproduce
     from golden.timing import traces
     from golden.timing.hardware import HARDWARE
 
@@ -52,6 +53,8 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("--no-oracle", action="store_true", help="leave out the quality of each frame")
     export = commands.add_parser("export", help="traces for other simulators")
     traces.add_arguments(export)
+    figures = commands.add_parser("reproduce", help="the paper's figures and tables beside ours")
+    reproduce.add_arguments(figures)
     return top
 
 

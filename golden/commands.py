@@ -175,3 +175,12 @@ def export(args: argparse.Namespace) -> int:
     with _progress() as progress:
         task = progress.add_task(f"export {args.trace}")
         return traces.export(args, lambda done, total: progress.update(task, completed=done, total=total))
+
+
+def reproduce(args: argparse.Namespace) -> int:
+    """`splatcore reproduce`: the paper's figures and tables beside ours."""
+    from golden.report import reproduce as figures
+
+    with _progress() as progress:
+        task = progress.add_task("reproduce")
+        return figures.reproduce(args, lambda done, total: progress.update(task, completed=done, total=total))
