@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
-from golden import params, slice
+from golden import dma, params, slice
 from golden.frame import Frame, tiles_of
 from golden.raster_core import late_core
 from golden.raster_core.pixel_resolver import pixel_beats
@@ -59,6 +60,13 @@ def line_blocks(reads: np.ndarray, writes: np.ndarray, cycles: int, size: int = 
     )  # fmt: skip
 
 
+@numba.njit(cache=True, parallel=True)
+def in_order(at, lines):
+    """Sorts each block's lines: a block is read and written region by region, which keeps rows open."""
+    for b in numba.prange(len(at) - 1):
+        lines[at[b] : at[b + 1]].sort()
+
+
 def _lines(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """All lines of byte ranges, in order."""
     first = starts // LINE
@@ -79,7 +87,7 @@ class Accelerator:
             position_bytes=hardware.position_bytes,
             colour_every=colour_every,
             clusters=hardware.clusters,
-            membership=not hardware.scratch,
+            membership=not (hardware.scratch or hardware.reproject),
             record_stride=hardware.record_stride,
             incoming_bytes=hardware.entry_bytes if hardware.scratch else params.ENTRY_BYTES,
             tile=hardware.tile,
@@ -126,12 +134,17 @@ class Accelerator:
         scratch = at.scratch + (in_start - at.incoming[this])
         self.lengths = room
 
+        last = None if h.scratch or not frame.table.words.size else self.members
         done = preprocess(
-            self.stored, self.formats, at, frame, None if h.scratch else self.members, self.number,
+            self.stored, self.formats, at, frame, last, self.number,
             (in_start, *listed), h.preprocess_units,
         )  # fmt: skip
         self.members = done.members
         blocks = done.blocks
+        in_order(blocks.read_at, blocks.read)
+        in_order(blocks.write_at, blocks.write)
+        if h.reproject:
+            blocks = blocks._replace(cycles=2 * blocks.cycles)
         if not h.charge_projection:
             blocks = blocks._replace(cycles=np.zeros_like(blocks.cycles))
 
@@ -145,13 +158,18 @@ class Accelerator:
             beside = line_blocks(passes, passes, int(chunk_sort_cycles(now).sum()) // (h.slices * h.sort_cores))
         job = jobs(
             kind, nominal, np.zeros_like(table_n) if late else table_n, in_n, table_start[:-1], in_start[:-1],
-            scratch[:-1], out_start[:-1] if not late else scratch[:-1] + 0, in_size if late or h.scratch else size,
+            scratch[:-1], scratch[:-1] if late else out_start[:-1], in_size if late or h.scratch else size,
         )  # fmt: skip
         fetch = record_cache.fetch(
-            offsets, index, self.stored.place, at.features[this], h.record_stride, [self.order], h.cache_kb
-        )
+            offsets, index, self.stored.place, at.features[this], h.record_stride,
+            [self.order[core :: h.slices] for core in range(h.slices)], h.cache_kb, h.cache_shared,
+        )  # fmt: skip
         self.hit_rate = fetch.hit_rate
-        raster = self._raster(frame, small, offsets, fetch, table_start, out_start, scratch, table_n, in_n, n, size)
+        heads = np.full(len(index), dma.RECORD_BEATS, np.int64)
+        if h.record_stride == params.RECORD_BYTES:
+            heads = dma.record_heads(self.stored.place[index], at.features[this])
+        starts = table_start[:-1].copy(), out_start[:-1].copy(), scratch[:-1].copy()
+        raster = self._raster(frame, small, offsets, fetch, heads, starts, table_n, in_n)
         after = no_blocks()
         if not h.deferred_update:
             tables = _lines(out_start[:-1], n * size)
@@ -182,8 +200,8 @@ class Accelerator:
             table = np.zeros_like(frame.table.offsets), np.zeros(0, np.int64)
         return slice.sort_jobs(table, incoming, frame.first)[0], REUSE
 
-    def _raster(self, frame, small, offsets, fetch, table_start, out_start, scratch, table_n, in_n, n, size):
-        h, core = self.hardware, self.core
+    def _raster(self, frame, small, offsets, fetch, heads, starts, table_n, in_n):
+        h, core, n = self.hardware, self.core, np.diff(offsets)
         first = frame.first if core == raster_agent.CANDIDATES else params.CHUNK
         result = frame.raster
         hits = np.zeros((1, params.GROUPS, params.UNITS), np.uint16)
@@ -217,13 +235,17 @@ class Accelerator:
             beats = np.asarray(pixel_beats(np.stack([x, y], 1), self.width, self.height), np.int64)
         else:
             beats = wide * tall // raster_agent.RESOLVE
-        from_table = table_start if h.late_sort else out_start
-        writes = h.deferred_update and not h.scratch and frame.sorting not in ("frozen", "background")
+        table_start, out_start, scratch = starts
+        if not h.deferred_update or h.scratch or frame.sorting in ("frozen", "background"):
+            writes = np.full(len(n), -1, np.int64)
+        else:
+            writes = out_start
+        sizes = np.array([h.entry_bytes, self.formats.incoming_bytes], np.int64)
         return raster_agent.Raster(
-            core, first, np.array([size, self.formats.incoming_bytes], np.int64), np.asarray(offsets, np.int64),
-            from_table[:-1].copy(), scratch[:-1].copy(), table_n if h.late_sort else n,
-            in_n if h.late_sort else np.zeros_like(n), fetch.line_at, fetch.lines, batch_at, hits, counts, candidates,
-            cycles, out_start[:-1].copy() if writes else np.full(len(n), -1, np.int64), beats, rows, *self.lanes,
+            core, first, sizes, np.asarray(offsets, np.int64),
+            table_start if h.late_sort else out_start, scratch, table_n if h.late_sort else n,
+            in_n if h.late_sort else np.zeros_like(n), fetch.line_at, fetch.lines, heads, batch_at, hits, counts,
+            candidates, cycles, writes, beats, rows, *self.lanes,
         )  # fmt: skip
 
     def run(self, blocks: Blocks, drawn: Drawn | None) -> tuple[int, engine.Trace]:

@@ -25,7 +25,7 @@ from golden.timing.memory import PREPROCESS, SORTING, answer
 
 NEVER = 1 << 60
 AHEAD = 4  # blocks of Gaussians that preprocessing has asked for and not yet written
-STREAMS = 128  # reads of preprocessing on their way at once: it reads mostly in order
+STREAMS = 128  # lines of preprocessing on their way at once: most are in order
 LATENCY = 40  # cycles before a block's data are there in which the next one's are asked for
 WRITES = 32  # lines a writer sends at once
 
@@ -63,10 +63,11 @@ def _preprocess(work, now, memory, state):
     blocks = len(work.cycles)
     b = state[WRITTEN]
     if b < state[BLOCK] and state[ENDS + b % AHEAD] <= now:
-        put = now
+        ring = np.full(STREAMS, now, np.int64)
         for i in range(work.write_at[b], work.write_at[b + 1]):
-            put = answer(memory, put, work.write[i], True, PREPROCESS)
-        state[PUT] = max(state[PUT], put)
+            k = i % STREAMS
+            ring[k] = answer(memory, ring[k], work.write[i], True, PREPROCESS)
+            state[PUT] = max(state[PUT], ring[k])
         state[WRITTEN] = b + 1
     elif state[BLOCK] < blocks and state[BLOCK] < b + AHEAD:
         b = state[BLOCK]
@@ -90,17 +91,20 @@ def _preprocess(work, now, memory, state):
 
 @numba.njit(cache=True)
 def _sort_piece(jobs, piece, now, need, memory):
-    """One piece of a job, asked for in cycle `now`, due in cycle `need`. Returns by how much it comes later."""
+    """One piece of a job, asked for in cycle `now`, due in cycle `need`.
+
+    Returns by how much it comes later than a memory of nominal latency would let it.
+    """
     line = jobs.line[piece]
     late = np.int64(0)
     if jobs.write[piece]:
         for k in range(jobs.lines[piece]):
             late = max(late, answer(memory, now, line + k, True, SORTING) - (now + memory.write))
         return late
-    last = need
+    last = now
     for k in range(jobs.lines[piece]):
         last = max(last, answer(memory, now, line + k, False, SORTING))
-    return last - need
+    return last - max(need, now + memory.read)
 
 
 @numba.njit(cache=True)
@@ -197,7 +201,7 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
             if piece < last:
                 length = jobs.cycles[tile] * jobs.weight[piece] // total
                 behind = jobs.cycles[tile] * lane_done[lane] // total
-                need = trace.accepted[place] + behind + lane_slip[lane] + (memory.read if piece == first else 0)
+                need = trace.accepted[place] + behind + lane_slip[lane]
                 lane_slip[lane] += max(0, _sort_piece(jobs, piece, now, max(need, now), memory))
                 lane_done[lane] += jobs.weight[piece]
                 if jobs.weight[piece]:
@@ -206,6 +210,8 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
                 due = trace.accepted[place] + jobs.cycles[tile] * lane_done[lane] // total + lane_slip[lane]
                 if piece + 1 < last and jobs.weight[piece + 1]:
                     due -= max(lane_before[lane], memory.read)
+                elif piece + 1 < last and jobs.weight[piece]:
+                    due -= length
                 time[agent] = max(now, due)
             else:
                 time[agent] = NEVER

@@ -51,8 +51,13 @@ class Hardware:
     )
     record_stride: int = _key("bytes", "24|32|64", "distance of two feature records", _one_of(24, 32, 64), 32)
     cache_kb: int = _key("KB", "0..4096", "record caches, all raster cores together; 0: none", _between(0, 4096), 0)
+    cache_shared: bool = _key("", "0|1", "one record cache for all raster cores", _one_of(0, 1), False)
     morton: bool = _key("", "0|1", "Gaussians lie in memory along a Morton curve", _one_of(0, 1), False)
     clusters: bool = _key("", "0|1", "clusters of 256 Gaussians are culled whole", _one_of(0, 1), False)
+    reproject: bool = _key(
+        "", "0|1", "what was in last frame's tables is found by projecting twice, not read from memory", _one_of(0, 1),
+        False,
+    )  # fmt: skip
     preprocess_ahead: bool = _key(
         "", "0|1", "preprocessing of a frame runs while the one before it is drawn", _one_of(0, 1), False
     )
@@ -79,8 +84,8 @@ HARDWARE = {
     for h in (
         Hardware(
             "splatcore", "late sort, candidate tests, queues, packed records in Morton order behind a cache, clusters",
-            raster="candidates", late_sort=True, entry_bytes=4, record_stride=24, cache_kb=128, morton=True,
-            clusters=True, preprocess_ahead=True,
+            raster="candidates", late_sort=True, entry_bytes=4, record_stride=24, cache_kb=128,
+            cache_shared=True, morton=True, clusters=True, reproject=True, preprocess_ahead=True,
         ),
         _NEO,
         replace(_NEO, name="neo-s", note="Neo without the update by the raster cores", deferred_update=False),
@@ -88,8 +93,10 @@ HARDWARE = {
             "gscore", "GSCore with 16 sorting and 4 x 4 raster units, 16-pixel tiles, sorted from scratch",
             raster="given", scratch=True, tile=16, entry_bytes=8, combine_lines=1 << 14, cache_kb=128,
         ),
-        Hardware("gscore-64", "GSCore on Neo's 64-pixel tiles", raster="given", scratch=True, entry_bytes=16, combine_lines=1 << 14,
-            cache_kb=128),
+        Hardware(
+            "gscore-64", "GSCore on Neo's 64-pixel tiles",
+            raster="given", scratch=True, entry_bytes=16, combine_lines=1 << 14, cache_kb=128,
+        ),
         Hardware("gpu", "Orin AGX as a roofline", raster="gpu", scratch=True, tile=16, channels=16),
     )
 }  # fmt: skip

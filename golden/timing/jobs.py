@@ -43,15 +43,20 @@ def _piece(out, at, begin, end, write, weight):
 
 @numba.njit(cache=True)
 def _pass(out, at, a, a_n, b, b_n, to, size, chunk):
-    """A pass over a_n entries at byte a and b_n at byte b, of `size` bytes each, written to byte `to`."""
-    total = a_n + b_n
-    steps = (total + chunk - 1) // chunk
-    for k in range(steps):
-        a0, a1 = a_n * k // steps, a_n * (k + 1) // steps
-        b0, b1 = b_n * k // steps, b_n * (k + 1) // steps
-        at = _piece(out, at, a + a0 * size, a + a1 * size, False, a1 - a0)
-        at = _piece(out, at, b + b0 * size, b + b1 * size, False, b1 - b0)
-        at = _piece(out, at, to + (a0 + b0) * size, to + (a1 + b1) * size, True, 0)
+    """A pass over a_n entries at byte a and b_n at byte b, of `size` bytes each, written to byte `to`.
+
+    A chunk is written behind the read of the next one, which is asked for while it is sorted.
+    """
+    steps = (a_n + b_n + chunk - 1) // chunk
+    for k in range(steps + 1 if steps else 0):
+        a0, b0 = a_n * k // steps, b_n * k // steps
+        if k < steps:
+            a1, b1 = a_n * (k + 1) // steps, b_n * (k + 1) // steps
+            at = _piece(out, at, a + a0 * size, a + a1 * size, False, a1 - a0)
+            at = _piece(out, at, b + b0 * size, b + b1 * size, False, b1 - b0)
+        if k:
+            begin = a_n * (k - 1) // steps + b_n * (k - 1) // steps
+            at = _piece(out, at, to + begin * size, to + (a0 + b0) * size, True, 0)
     return at
 
 

@@ -54,6 +54,7 @@ class Raster(NamedTuple):
     incoming_n: np.ndarray  # int64[T] entries of the second list
     line_at: np.ndarray  # int64[E + 1] lines that an entry fetches
     line: np.ndarray  # int64[..]
+    heads: np.ndarray  # int64[E] dma.record_head of each record
     batch_at: np.ndarray  # int64[T + 1]
     hits: np.ndarray  # [B, GROUPS, UNITS] list lengths; CANDIDATES only
     counts: np.ndarray  # [B, GROUPS, UNITS] operations
@@ -163,14 +164,19 @@ def _records(raster, s, entry, begin, end, memory):
     state, ring = raster.state[s], raster.ring[s]
     asked = raster.asked[s]
     for k in range(begin, end):
-        there = asked[k] + CACHE_HIT
-        for i in range(raster.line_at[entry + k], raster.line_at[entry + k + 1]):
-            at = ring[OUTSTANDING]
-            ask = asked[k] if memory.fixed else max(asked[k], ring[at])
-            ring[at] = answer(memory, ask, raster.line[i], False, RASTER)
-            there = max(there, ring[at])
-            ring[OUTSTANDING] = (at + 1) % OUTSTANDING
-        state[RECORD] = max(there, state[RECORD] + 1) + dma.RECORD_BEATS - 1
+        beats = raster.heads[entry + k]
+        state[RECORD] += 1
+        for burst in range(2 if beats < dma.RECORD_BEATS else 1):
+            there = asked[k] + burst + CACHE_HIT
+            for i in range(raster.line_at[entry + k] + burst, raster.line_at[entry + k + 1]):
+                at = ring[OUTSTANDING]
+                ask = asked[k] + burst if memory.fixed else max(asked[k], ring[at])
+                ring[at] = answer(memory, ask, raster.line[i], False, RASTER)
+                there = max(there, ring[at])
+                ring[OUTSTANDING] = (at + 1) % OUTSTANDING
+                if beats < dma.RECORD_BEATS:
+                    break
+            state[RECORD] = max(there, state[RECORD] + burst) + (beats if burst == 0 else dma.RECORD_BEATS - beats) - 1
         raster.arrived[s, k] = state[RECORD] + 1
 
 
@@ -226,8 +232,8 @@ def _open(raster, s, tile, now, memory):
     if not over:
         state[THERE] = _list(raster, s, tile, b + 1, now, memory)
     if raster.core == GROUPS:
-        whole = np.full(m, dma.RECORD_BEATS, np.int64)
-        state[FILL] = raster_lane.request_batch(unit, offered[: m + 1 if over else m], whole, asked[:m])
+        heads = raster.heads[raster.entry_at[tile] + entry : raster.entry_at[tile] + entry + m]
+        state[FILL] = raster_lane.request_batch(unit, offered[: m + 1 if over else m], heads, asked[:m])
     else:
         fill = late_timing.fill_free(unit) if raster.core == CANDIDATES else max(state[FREE_A], state[LISTED])
         for k in range(m):

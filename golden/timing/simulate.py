@@ -17,7 +17,7 @@ from golden.errors import InputError
 from golden.frame import Frame, Renderer
 from golden.preprocess import project
 from golden.report.stats import Output, frame_record
-from golden.timing import gpu, hardware, memory, raster_agent
+from golden.timing import gpu, hardware, memory, raster_agent, tiles16
 from golden.timing.accelerator import Accelerator
 from golden.timing.address_map import LINE
 from golden.timing.hardware import Hardware
@@ -52,7 +52,7 @@ class Run:
 
     def add(self, frame: Frame, quality: dict | None) -> None:
         if self.accelerator is None:
-            self._record(gpu.frame_cost(frame, *self.size, self.machine.channels), frame, quality)
+            self._record(self._gpu(frame), frame, quality)
             return
         drawn = self.accelerator.prepare(frame)
         if not self.machine.preprocess_ahead:
@@ -63,6 +63,16 @@ class Run:
         else:
             self._draw(*self.held[:1], drawn.blocks, *self.held[1:])
         self.held = drawn, frame, quality
+
+    def _gpu(self, frame: Frame) -> dict:
+        """Cycles (of the accelerators' clock, so that times compare) and bytes of a GPU's frame."""
+        entries = tiles16.boxes(frame.projection, *self.size).square
+        worked = frame.raster.scu_ops.sum() / max(frame.raster.pairs.sum(), 1)
+        gaussians = self.job.gaussians
+        degree = int(np.sqrt(gaussians.sh.shape[1])) - 1
+        cost = gpu.frame(len(gaussians), degree, int(frame.features.visible.sum()), entries, *self.size, worked)
+        stages = {stage: round(seconds * CLOCK) for stage, seconds in cost.seconds.items()}
+        return {"cycles": sum(stages.values()), "stage_cycles": stages, "bytes": cost.bytes}
 
     def finish(self) -> dict:
         """The JSON of the run."""
