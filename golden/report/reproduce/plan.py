@@ -138,15 +138,11 @@ def make(args: argparse.Namespace) -> Plan:
     sizes = tuple((args.sizes or quick.get("sizes", "hd,fhd,qhd")).split(","))
     for size in sizes:
         cameras.parse_size(size)
-    if quick and not args.scenes:
-        scenes = tuple(
-            scene_of(k, None, builtin.partition("=")[0] + f"={QUICK['n']}") for k, (_, builtin) in KINDS.items()
-        )
-        large = scene_of("large", None, f"builtin:aerial?n={4 * QUICK['n']}")
-    else:
-        scenes = scene_list(args.scenes)
-        large = scene_of("large", *LARGE)
-    return Plan(scenes, large, sizes, frames)
+    if quick:
+        made = {kind: f"{builtin.partition('=')[0]}={QUICK['n']}" for kind, (_, builtin) in KINDS.items()}
+        scenes = scene_list(args.scenes) if args.scenes else tuple(scene_of(k, None, made[k]) for k in made)
+        return Plan(scenes, scene_of("large", None, f"builtin:aerial?n={4 * QUICK['n']}"), sizes, frames)
+    return Plan(scene_list(args.scenes), scene_of("large", *LARGE), sizes, frames)
 
 
 def case_words(case: Case) -> dict:
