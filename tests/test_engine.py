@@ -12,7 +12,7 @@ from golden.cameras.camera import look_at
 from golden.frame import Renderer, tiles_of
 from golden.settings import Settings
 from golden.sorting_core import sort_sequencer
-from golden.timing import memory, raster_agent
+from golden.timing import memory, raster_state
 from golden.timing.accelerator import Accelerator, no_blocks
 from golden.timing.hardware import HARDWARE
 
@@ -34,7 +34,7 @@ def on_engine(accelerator: Accelerator, frame):
     """The engine's times of a frame behind reset, as the slice has them."""
     accelerator.memory = memory.fixed()
     accelerator.order = np.arange(len(frame.order.offsets) - 1)
-    accelerator.lanes = raster_agent.new_state(accelerator.core, 1, 0)
+    accelerator.lanes = raster_state.new_state(accelerator.core, 1, 0)
     accelerator.cycle = 0
     return accelerator.run(no_blocks(), accelerator.prepare(frame))[1]
 

@@ -12,7 +12,7 @@ from golden.frame import Frame, tiles_of
 from golden.raster_core import late_core
 from golden.raster_core.pixel_resolver import pixel_beats
 from golden.records import indices_of
-from golden.timing import engine, memory, raster_agent, record_cache, tiles16
+from golden.timing import engine, memory, raster_state, record_cache, tiles16
 from golden.timing.address_map import LINE, PIXEL_BYTES, Formats, list_starts, regions
 from golden.timing.clusters import store
 from golden.timing.hardware import Hardware
@@ -20,7 +20,7 @@ from golden.timing.jobs import HIERARCHICAL, NONE, REUSE, chunk_sort_cycles, job
 from golden.timing.preprocess_engine import Blocks, preprocess
 
 ENTRIES = 1 << 25  # that the address map has room for in all tables of a frame
-CORES = {"groups": raster_agent.GROUPS, "candidates": raster_agent.CANDIDATES, "given": raster_agent.SIMPLE}
+CORES = {"groups": raster_state.GROUPS, "candidates": raster_state.CANDIDATES, "given": raster_state.SIMPLE}
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Accelerator:
         self.at = regions(self.formats, len(gaussians), width, height, ENTRIES)
         self.memory = memory.lpddr4(hardware.channels)
         self.core = CORES["given" if not (hardware.charge_tests and hardware.charge_imbalance) else hardware.raster]
-        self.lanes = raster_agent.new_state(self.core, hardware.slices, 0)
+        self.lanes = raster_state.new_state(self.core, hardware.slices, 0)
         self.columns, self.rows = -(-width // hardware.tile), -(-height // hardware.tile)
         self.order = morton_tiles(self.columns, self.rows)
         self.cycle = 0
@@ -202,19 +202,19 @@ class Accelerator:
 
     def _raster(self, frame, small, offsets, fetch, heads, starts, table_n, in_n):
         h, core, n = self.hardware, self.core, np.diff(offsets)
-        first = frame.first if core == raster_agent.CANDIDATES else params.CHUNK
+        first = frame.first if core == raster_state.CANDIDATES else params.CHUNK
         result = frame.raster
         hits = np.zeros((1, params.GROUPS, params.UNITS), np.uint16)
         candidates = np.zeros((1, params.GROUPS, late_core.BLOCKS), np.uint8)
         batch_at, counts = result.batch_offsets, result.counts
-        if core == raster_agent.CANDIDATES:
+        if core == raster_state.CANDIDATES:
             hits, candidates = late_core.work(
                 result, offsets, frame.features, tiles_of(self.width, self.height), self.width, self.height, first
             )
         if small is not None:
             batch_at, counts = _small_counts(small, n, result)
         cycles = np.zeros(1, np.int64)
-        if core == raster_agent.SIMPLE:
+        if core == raster_state.SIMPLE:
             blend = counts.max(axis=2).sum(axis=1) * params.BEATS if h.charge_imbalance else _even(counts)
             cycles = blend.astype(np.int64)
             if h.raster == "groups" and h.charge_tests:
@@ -234,14 +234,14 @@ class Accelerator:
         if side == params.TILE:
             beats = np.asarray(pixel_beats(np.stack([x, y], 1), self.width, self.height), np.int64)
         else:
-            beats = wide * tall // raster_agent.RESOLVE
+            beats = wide * tall // raster_state.RESOLVE
         table_start, out_start, scratch = starts
         if not h.deferred_update or h.scratch or frame.sorting in ("frozen", "background"):
             writes = np.full(len(n), -1, np.int64)
         else:
             writes = out_start
         sizes = np.array([h.entry_bytes, self.formats.incoming_bytes], np.int64)
-        return raster_agent.Raster(
+        return raster_state.Raster(
             core, first, sizes, np.asarray(offsets, np.int64),
             table_start if h.late_sort else out_start, scratch, table_n if h.late_sort else n,
             in_n if h.late_sort else np.zeros_like(n), fetch.line_at, fetch.lines, heads, batch_at, hits, counts,

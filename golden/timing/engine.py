@@ -20,7 +20,7 @@ import numba
 import numpy as np
 
 from golden.slice import OFFER, QUEUE
-from golden.timing import raster_agent
+from golden.timing import raster_agent, raster_state
 from golden.timing.memory import PREPROCESS, SORTING, answer
 
 NEVER = 1 << 60
@@ -220,7 +220,7 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
                 _settle(s, k, cores, mine, finish, trace, time, at_raster, drawn, taken, next_tile < tiles, memory)
         elif agent < at_writer:
             s = agent - at_raster
-            if raster_agent.full(raster, s):
+            if raster_state.full(raster, s):
                 time[agent] = max(now, time[at_writer + s]) + 1
                 continue
             place = mine[s, drawn[s]]
@@ -246,12 +246,12 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
                 else:
                     time[agent] = raster_agent.next_time(raster, s, now)
                 if time[at_writer + s] == NEVER:
-                    time[at_writer + s] = raster_agent.next_write(raster, s)
+                    time[at_writer + s] = raster_state.next_write(raster, s)
         else:
             s = agent - at_writer
-            taken_at = raster_agent.write(raster, s, WRITES, now, memory)
+            taken_at = raster_state.write(raster, s, WRITES, now, memory)
             end = max(end, taken_at)
-            time[agent] = max(raster_agent.next_write(raster, s), taken_at)
+            time[agent] = max(raster_state.next_write(raster, s), taken_at)
     return end
 
 

@@ -84,7 +84,7 @@ HARDWARE = {
     for h in (
         Hardware(
             "splatcore", "late sort, candidate tests, queues, packed records in Morton order behind a cache, clusters",
-            raster="candidates", late_sort=True, entry_bytes=4, record_stride=24, cache_kb=128,
+            raster="candidates", late_sort=True, entry_bytes=4, record_stride=24, cache_kb=256,
             cache_shared=True, morton=True, clusters=True, reproject=True, preprocess_ahead=True,
         ),
         _NEO,

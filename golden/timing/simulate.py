@@ -17,7 +17,7 @@ from golden.errors import InputError
 from golden.frame import Frame, Renderer
 from golden.preprocess import project
 from golden.report.stats import Output, frame_record
-from golden.timing import gpu, hardware, memory, raster_agent, tiles16
+from golden.timing import gpu, hardware, memory, raster_state, tiles16
 from golden.timing.accelerator import Accelerator
 from golden.timing.address_map import LINE
 from golden.timing.hardware import Hardware
@@ -128,7 +128,7 @@ class Run:
             "cycles": cycles,
             "stage_cycles": stages,
             "stall_cycles": {
-                **{cause: int(lost[k]) for k, cause in enumerate(raster_agent.CAUSES)},
+                **{cause: int(lost[k]) for k, cause in enumerate(raster_state.CAUSES)},
                 "memory_in_sort": int(trace.slip.sum()),
             },
             "bytes": {
