@@ -85,7 +85,7 @@ def test_rows_follow_the_runs():
     fig15 = all_figures()["fig15"]
     before = {(r.scene, r.size, r.hardware, r.quantity): r.ours for r in fig15.make(FULL, Made())}
     for row in fig15.make(FULL, Made("neo", 2)):
-        change = {"fps": 0.5, "speed-up over neo": 2}.get(row.quantity, 0.5)
+        change = {paper.MS: 2, "speed-up over neo": 2}.get(row.quantity, 0.5)
         change = change if row.hardware == "neo" or row.quantity == "speed-up over neo" else 1
         was = before[row.scene, row.size, row.hardware, row.quantity]
         assert row.ours == pytest.approx(change * was)

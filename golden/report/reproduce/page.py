@@ -9,7 +9,8 @@ from pathlib import Path
 from golden.errors import InputError
 from golden.report.reproduce import paper
 from golden.report.reproduce.figures import Figure, all_figures
-from golden.report.reproduce.rows import MEAN, WORST, Row, Rows, read
+from golden.report.reproduce.pivots import Pivot
+from golden.report.reproduce.rows import Row, Rows, read
 
 HEAD = """# The paper's figures beside ours
 
@@ -23,7 +24,7 @@ and the order of size. Accelerators: `golden/timing/hardware.py`. *mean* and *wo
 def _number(value: float | None) -> str:
     if value is None:
         return ""
-    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
 def _table(head: list[str], lines: list[list[str]]) -> str:
@@ -36,8 +37,8 @@ def _paper(figure: str, row: Row) -> str:
     return f"{claim.relation} {_number(row.paper)}".strip() if claim and row.paper is not None else _number(row.paper)
 
 
-def _summary(figure: Figure, rows: Rows) -> str:
-    """The rows over all scenes."""
+def _beside(figure: Figure, rows: Rows) -> str:
+    """The rows for which the paper has a number."""
     lines = [
         [
             row.quantity,
@@ -49,26 +50,22 @@ def _summary(figure: Figure, rows: Rows) -> str:
             _number(row.ratio),
         ]
         for row in rows
-        if row.scene in (MEAN, WORST)
+        if row.paper is not None
     ]
     return _table(["quantity", "of", "size", "hardware", "paper", "ours", "ours / paper"], lines)
 
 
-def _matrix(rows: Rows, quantity: str) -> str:
-    """One quantity, scene by scene, at its largest size."""
-    mine = [row for row in rows if row.quantity == quantity]
-    size = mine[-1].size
-    found = {(row.scene, row.hardware): row.ours for row in mine if row.size == size}
-    machines = list(dict.fromkeys(hardware for _, hardware in found))
-    scenes = list(dict.fromkeys(scene for scene, _ in found if scene not in (MEAN, WORST)))
-    lines = [[scene, *(_number(found.get((scene, machine))) for machine in machines)] for scene in scenes]
-    return f"{quantity}, {size}:\n\n" + _table(["scene", *machines], lines)
+def _pivot(pivot: Pivot, rows: Rows) -> str:
+    top, lines = pivot.table(rows)
+    cells = [[name, *map(_number, values)] for name, values in lines]
+    return f"Ours, {pivot.title(rows)}:\n\n" + _table([pivot.down, *top], cells)
 
 
 def section(figure: Figure, rows: Rows) -> str:
     places = sorted({claim.place for claim in paper.CLAIMS if claim.figure == figure.name})
-    parts = [f"## {figure.title}\n", _summary(figure, rows)]
-    parts += [_matrix(rows, quantity) for quantity in figure.matrix if any(row.quantity == quantity for row in rows)]
+    parts = [f"## {figure.title}\n"]
+    parts += [_beside(figure, rows)] if any(row.paper is not None for row in rows) else []
+    parts += [_pivot(pivot, rows) for pivot in figure.tables if pivot.chosen(rows)]
     source = f" Paper: {', '.join(places)}." if places else ""
     parts.append(
         f"Why they differ: {paper.WHY[figure.name]}{source} Rows: `{figure.name}.csv`; picture: `{figure.name}.png`.\n"

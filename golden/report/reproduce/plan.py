@@ -12,6 +12,7 @@ from golden.errors import InputError
 ROOT = Path(__file__).parents[3]
 SHARED = ROOT.parent / "shared"  # captures and recorded motion, where they lie beside the project
 MOTION = SHARED / "trajectories/record3d_dance_metadata.json"
+START = 80  # frame of it from which it moves as it does on the whole; before, it hardly does. Divisible by each speed
 
 # kind -> (capture in SHARED/scenes or None, built-in scene)
 KINDS = {
@@ -98,13 +99,16 @@ class Plan:
         }
 
 
-def motion() -> dict:
-    """Arguments of simulate.compare: the recorded hand-held path where there is one, else the made one."""
-    return {"cameras": str(MOTION)} if MOTION.is_file() else {"path": "shake"}
+def motion(frames: int, speed: float) -> dict[str, str]:
+    """Options of the command line: the recorded hand-held path where there is one, else the made one."""
+    if not MOTION.is_file():
+        return {"path": "shake", "frames": str(frames)}
+    first = round(START / speed)
+    return {"cameras": str(MOTION), "frames": f"{first}:{first + frames}"}
 
 
 def motion_words() -> str:
-    return MOTION.name if MOTION.is_file() else "--path shake"
+    return f"{MOTION.name} from frame {START}" if MOTION.is_file() else "--path shake"
 
 
 def scene_of(kind: str, capture: str | None, builtin: str) -> Scene:

@@ -49,15 +49,15 @@ def measure(pictures: tuple, spec: str, cases: list[Case]) -> list[dict]:
     if timed:
         configs = [(case.hardware, case.sorting, dict(case.keys)) for case in timed]
         results = simulate.compare(
-            spec, size, frames, configs, **motion(), speed=speed, quality=quality, settings=list(settings)
+            spec, size, configs=configs, **motion(frames, speed), speed=speed, quality=quality, settings=list(settings)
         )
         found.update(zip(timed, results))
     if len(timed) < len(cases):
         parser = argparse.ArgumentParser()
         job.add_common(parser)
-        words = [spec, "--size", size, "--frames", str(frames), "--speed", str(speed)]
+        words = [spec, "--size", size, "--speed", str(speed)]
         words += [part for pair in settings for part in ("--set", pair)]
-        words += [part for key, value in motion().items() for part in (f"--{key}", value)]
+        words += [part for key, value in motion(frames, speed).items() for part in (f"--{key}", value)]
         lists = similarity.measure(job.prepare(parser.parse_args(words)))
         found.update((case, lists) for case in cases if case.hardware == LISTS)
     if any(result["frames"] < frames for result in found.values()):

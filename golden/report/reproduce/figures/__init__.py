@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import Case, Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import Rows
@@ -17,7 +18,7 @@ class Figure:
     cases: Callable[[Plan], list[Case]]
     rows: Callable  # (Rows to fill, Plan, Runs)
     panels: tuple[Panel, ...]
-    matrix: tuple[str, ...] = ()  # quantities that the page shows scene by scene
+    tables: tuple[Pivot, ...]  # on the page
 
     def make(self, plan: Plan, runs) -> Rows:
         rows = Rows(self.name)

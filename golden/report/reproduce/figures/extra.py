@@ -7,6 +7,7 @@ import numpy as np
 from golden.report.reproduce.figures import Figure
 from golden.report.reproduce.figures.measures import decibels, frame_bytes, steady
 from golden.report.reproduce.paper import FPS
+from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import Case, Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import MEAN, Rows
@@ -16,8 +17,9 @@ OPTIONS = {
     "late sort": ("neo", {"late_sort": 1}),
     "candidate tests": ("neo", {"raster": "candidates"}),
     "24-byte records": ("neo", {"record_stride": 24}),
-    "Morton order, 128 KB cache": ("neo", {"cache_kb": 128, "morton": 1}),
+    "Morton order, 128 KB cache": ("neo", {"cache_kb": 128, "cache_shared": 1, "morton": 1}),
     "Morton order, clusters": ("neo", {"clusters": 1, "morton": 1}),
+    "membership by projecting twice": ("neo", {"reproject": 1}),
     "preprocess ahead": ("neo", {"preprocess_ahead": 1}),
     "colour every 2 frames (approximate)": ("neo", {"settings": ("colour_every=2",)}),
     "all exact ones (splatcore)": ("splatcore", {}),
@@ -34,7 +36,7 @@ UNCHARGED = {
     **{f"neo, {name} not charged": keys for name, keys in LEFT_OUT.items()},
     "neo, none of these charged": tuple(key for keys in LEFT_OUT.values() for key in keys),
 }
-MEGABYTES, SPREAD, DB = "MB a frame", "p99 over p50 latency", "PSNR, dB, worst frame"
+OVER, MEGABYTES, SPREAD, DB = "fps over neo", "MB a frame", "p99 over p50 latency", "PSNR, dB, worst frame"
 
 
 def _option(plan: Plan, scene: str, name: str) -> Case:
@@ -51,7 +53,7 @@ def _put(rows: Rows, plan: Plan, found: dict[str, dict[str, dict]], name: str) -
     mine = found[name]
     rows.each(plan.top, name, FPS, {s: r["fps"] for s, r in mine.items()})
     if name != "neo":
-        rows.each(plan.top, name, "fps over neo", {s: r["fps"] / found["neo"][s]["fps"] for s, r in mine.items()})
+        rows.each(plan.top, name, OVER, {s: r["fps"] / found["neo"][s]["fps"] for s, r in mine.items()})
     rows.each(
         plan.top,
         name,
@@ -85,12 +87,15 @@ def accounting(rows: Rows, plan: Plan, runs) -> None:
 FIGURES = (
     Figure(
         "beyond", "Beyond the paper: each option alone on plain Neo", beyond_cases, beyond,
-        (Panel("fps over neo", across="hardware", series="scene"), Panel(MEGABYTES, across="hardware", series="scene")),
-        ("fps over neo", MEGABYTES, DB),
+        (Panel(OVER, across="hardware", series="scene"), Panel(MEGABYTES, across="hardware", series="scene")),
+        (
+            Pivot((FPS, OVER, MEGABYTES, SPREAD, DB), across="quantity"), Pivot((OVER,), across="scene", each=True),
+            Pivot((MEGABYTES,), across="scene", each=True),
+        ),
     ),
     Figure(
         "accounting", "What the paper's simulator leaves out", accounting_cases, accounting,
-        (Panel("fps over neo", across="hardware", series="scene", scene=MEAN),),
-        ("fps over neo",),
+        (Panel(OVER, across="hardware", series="scene", scene=MEAN),),
+        (Pivot((FPS, OVER, MEGABYTES), across="quantity"), Pivot((OVER,), across="scene", each=True)),
     ),
 )  # fmt: skip

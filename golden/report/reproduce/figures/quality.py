@@ -7,6 +7,7 @@ import numpy as np
 from golden.report.reproduce.figures import Figure
 from golden.report.reproduce.figures.measures import decibels, loss
 from golden.report.reproduce.paper import LOSS
+from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import Rows
@@ -31,6 +32,9 @@ FIGURES = (
     Figure(
         "table2", "Table 2: quality", table2_cases, table2,
         (Panel("PSNR, dB, worst frame", across="scene"), Panel(f"{LOSS}, worst frame", across="scene")),
-        ("PSNR, dB, worst frame", f"{LOSS}, worst frame"),
+        (
+            Pivot(("PSNR, dB, worst frame",), "scene", "hardware", True),
+            Pivot((f"{LOSS}, worst frame",), "scene", "hardware", True),
+        ),
     ),
 )  # fmt: skip

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from golden.report.reproduce.figures import Figure
-from golden.report.reproduce.paper import FPS
+from golden.report.reproduce.paper import FPS, MS
+from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import MEAN, Rows
@@ -14,6 +15,7 @@ MACHINES = ("gpu", "gscore", "gscore-64", "neo", "splatcore")
 CORES = (4, 8, 16)  # GSCore's: four in a slice
 CHANNELS = (4, 8, 16)  # 12.8 GB/s each
 SPEEDS = (1, 2, 4, 8, 16)
+INCOMING = tuple(f"incoming at motion x{x}, % of the entries" for x in SPEEDS)
 
 
 def _fps(runs, cases: dict) -> dict:
@@ -72,6 +74,7 @@ def fig15(rows: Rows, plan: Plan, runs) -> None:
         found = {name: _fps(runs, {s: plan.case(s, size, name) for s in plan.names}) for name in MACHINES}
         for name in MACHINES:
             rows.each(size, name, FPS, found[name])
+            rows.each(size, name, MS, {scene: 1e3 / fps for scene, fps in found[name].items()})
         for name in ("neo", "splatcore"):
             for other in ("gpu", "gscore", "gscore-64"):
                 rows.each(size, name, f"speed-up over {other}", _ratios(found[name], found[other]))
@@ -100,19 +103,22 @@ def fig17b(rows: Rows, plan: Plan, runs) -> None:
         for x in SPEEDS:
             found = {scene: runs[_moved(plan, scene, name, x)] for scene in plan.detail}
             rows.each(plan.top, name, f"fps at motion x{x}", {s: r["fps"] for s, r in found.items()})
-    for x in SPEEDS:
+    for k, x in enumerate(SPEEDS):
         shares = {}
         for scene in plan.detail:
             frames = runs[_moved(plan, scene, "neo", x)]["per_frame"][1:]
             shares[scene] = 100 * float(np.mean([f["incoming"] / max(f["entries"], 1) for f in frames]))
-        rows.each(plan.top, "neo", f"incoming at motion x{x}, % of the entries", shares)
+        rows.each(plan.top, "neo", INCOMING[k], shares)
 
 
 FIGURES = (
-    Figure("fig3", "Fig. 3: frames a second by resolution", fig3_cases, fig3, (Panel(FPS, scene=MEAN),)),
+    Figure(
+        "fig3", "Fig. 3: frames a second by resolution", fig3_cases, fig3,
+        (Panel(FPS, scene=MEAN),), (Pivot((FPS,)),),
+    ),
     Figure(
         "fig4", "Fig. 4: GSCore by cores and bandwidth", fig4_cases, fig4,
-        (Panel(FPS, across="hardware", series="scene"),),
+        (Panel(FPS, across="hardware", series="scene"),), (Pivot((FPS,), across="scene", each=True),),
     ),
     Figure(
         "fig15", "Fig. 15: frames a second", fig15_cases, fig15,
@@ -121,14 +127,21 @@ FIGURES = (
             Panel("speed-up over gscore", scene=MEAN),
             Panel("speed-up over gpu", scene=MEAN),
         ),
-        (FPS,),
+        (
+            Pivot((FPS,)), Pivot((MS,)), Pivot(("speed-up over gscore",)), Pivot(("speed-up over gpu",)),
+            Pivot(("speed-up over gscore-64",)), Pivot((FPS,), "scene", "hardware", True),
+        ),
     ),
     Figure(
         "fig17a", "Fig. 17(a): a large scene", fig17a_cases, fig17a,
-        (Panel(FPS, across="hardware", series="scene", scene=MEAN),),
+        (Panel(FPS, across="hardware", series="scene", scene=MEAN),), (Pivot((FPS,), across="quantity"),),
     ),
     Figure(
         "fig17b", "Fig. 17(b): rapid camera motion", fig17b_cases, fig17b,
         (Panel("fps at motion x", scene=MEAN, lines=True), Panel("incoming at motion x", series="scene", lines=True)),
+        (
+            Pivot(tuple(f"fps at motion x{x}" for x in SPEEDS), "quantity", "hardware"),
+            Pivot(INCOMING, "quantity", "scene", True),
+        ),
     ),
 )  # fmt: skip

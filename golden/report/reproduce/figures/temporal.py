@@ -6,12 +6,18 @@ import numpy as np
 
 from golden.report.reproduce.figures import Figure
 from golden.report.reproduce.figures.measures import decibels, seconds, steady
+from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import LISTS, Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import Rows
 from golden.report.reproduce.similarity import KEEPING, PERCENTILES
 
 TABLES = "64-pixel tiles"
+KEEP = "% of tiles that keep more than {} %"
+MOVED, FURTHEST = "places moved, {}th percentile", "places moved, largest"
+SHOWN = (60, 70, 78, 90)  # of KEEPING, on the page
+LATENCY, RELATIVE, SLOWEST = "mean latency, ms", "mean latency over reuse's", "worst latency, ms"
+DIMMEST = "worst PSNR, dB"
 LONGER = 3  # Fig. 19 shows this many times as many frames
 
 
@@ -25,7 +31,7 @@ def fig6(rows: Rows, plan: Plan, runs) -> None:
         rows.each(
             plan.top,
             TABLES,
-            f"% of tiles that keep more than {x} %",
+            KEEP.format(x),
             {s: keeping[str(x)] for s, keeping in found.items()},
         )
 
@@ -33,8 +39,8 @@ def fig6(rows: Rows, plan: Plan, runs) -> None:
 def fig7(rows: Rows, plan: Plan, runs) -> None:
     found = {case.scene: runs[case]["moved"] for case in lists_cases(plan)}
     for p in PERCENTILES:
-        rows.each(plan.top, TABLES, f"places moved, {p}th percentile", {s: moved[str(p)] for s, moved in found.items()})
-    rows.each(plan.top, TABLES, "places moved, largest", {s: moved["largest"] for s, moved in found.items()})
+        rows.each(plan.top, TABLES, MOVED.format(p), {s: moved[str(p)] for s, moved in found.items()})
+    rows.each(plan.top, TABLES, FURTHEST, {s: moved["largest"] for s, moved in found.items()})
 
 
 def _strategies(plan: Plan) -> dict[str, object]:
@@ -53,11 +59,11 @@ def fig19(rows: Rows, plan: Plan, runs) -> None:
     found = {name: runs[case] for name, case in _strategies(plan).items()}
     mean = {name: float(np.mean([seconds(f) for f in steady(result)])) for name, result in found.items()}
     for name, result in found.items():
-        rows.summary(plan.top, name, "mean latency, ms", 1e3 * mean[name])
+        rows.summary(plan.top, name, LATENCY, 1e3 * mean[name])
         if name != "reuse":
-            rows.summary(plan.top, name, "mean latency over reuse's", mean[name] / mean["reuse"])
-        rows.summary(plan.top, name, "worst latency, ms", max(1e3 * seconds(f) for f in steady(result)))
-        rows.summary(plan.top, name, "worst PSNR, dB", min(decibels(result), default=None))
+            rows.summary(plan.top, name, RELATIVE, mean[name] / mean["reuse"])
+        rows.summary(plan.top, name, SLOWEST, max(1e3 * seconds(f) for f in steady(result)))
+        rows.summary(plan.top, name, DIMMEST, min(decibels(result), default=None))
     for name, result in found.items():
         for number, frame in enumerate(result["per_frame"]):
             rows.put(scene, plan.top, name, f"latency in ms, frame {number}", 1e3 * seconds(frame))
@@ -68,13 +74,16 @@ FIGURES = (
     Figure(
         "fig6", "Fig. 6: share of a tile's Gaussians that stays", lists_cases, fig6,
         (Panel("% of tiles that keep more than ", series="scene", lines=True),),
+        (Pivot(tuple(KEEP.format(x) for x in SHOWN), "scene", "quantity", True),),
     ),
     Figure(
         "fig7", "Fig. 7: how far the order of a tile moves", lists_cases, fig7,
-        tuple(Panel(f"places moved, {p}th percentile", across="scene") for p in PERCENTILES),
+        tuple(Panel(MOVED.format(p), across="scene") for p in PERCENTILES),
+        (Pivot((*(MOVED.format(p) for p in PERCENTILES), FURTHEST), "scene", "quantity", True),),
     ),
     Figure(
         "fig19", "Fig. 19: strategies of sorting, frame by frame", fig19_cases, fig19,
         (Panel("latency in ms, frame ", lines=True), Panel("PSNR in dB, frame ", lines=True)),
+        (Pivot((LATENCY, RELATIVE, SLOWEST, DIMMEST), across="quantity"),),
     ),
 )  # fmt: skip

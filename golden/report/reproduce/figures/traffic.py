@@ -6,6 +6,7 @@ from golden import cameras
 from golden.report.reproduce.figures import Figure
 from golden.report.reproduce.figures.measures import FRAMES, STAGES, frame_bytes, gigabytes, less, seconds, steady
 from golden.report.reproduce.paper import FPS, GB
+from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import MEAN, Rows
@@ -128,22 +129,32 @@ def fig18(rows: Rows, plan: Plan, runs) -> None:
         rows.each(plan.top, name, GB, moved[name])
 
 
-_STAGE_PANELS = tuple(Panel(f"{stage}, {GB}", scene=MEAN) for stage in STAGES)
+BY_STAGE = tuple(f"{stage}, {GB}" for stage in STAGES)
 FIGURES = (
-    Figure("fig5", "Fig. 5: traffic by stage and resolution", fig5_cases, fig5, (*_STAGE_PANELS,)),
+    Figure(
+        "fig5", "Fig. 5: traffic by stage and resolution", fig5_cases, fig5,
+        tuple(Panel(quantity, scene=MEAN) for quantity in BY_STAGE),
+        (Pivot((GB,)), Pivot((*BY_STAGE, GB), across="quantity")),
+    ),
     Figure(
         "fig10", "Fig. 10: Neo in software on a GPU", fig10_cases, fig10,
         tuple(
             Panel(f"{stage}, {unit}", across="hardware", series="scene", scene=MEAN)
             for unit in (GB, "ms") for stage in STAGES
         ),
+        (Pivot(BY_STAGE, across="quantity"), Pivot(tuple(f"{stage}, ms" for stage in STAGES), across="quantity")),
     ),
     Figure(
         "fig16", "Fig. 16: traffic of 60 frames", fig16_cases, fig16,
-        (Panel(GB, across="scene", log=True),), (GB,),
+        (Panel(GB, across="scene", log=True),),
+        (
+            Pivot((GB,), "scene", "hardware", True),
+            Pivot(tuple(f"less than {name}, %" for name in MACHINES), across="quantity"),
+        ),
     ),
     Figure(
         "fig18", "Fig. 18: from GSCore to Neo in steps", fig18_cases, fig18,
         (Panel(FPS, across="hardware", series="scene"), Panel(GB, across="hardware", series="scene")),
+        (Pivot((FPS, GB), across="quantity"),),
     ),
 )  # fmt: skip
