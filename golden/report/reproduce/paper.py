@@ -106,14 +106,15 @@ WHY = {
     "which the paper's simulator counts without intersection tests or imbalance.",
     "fig5": "The paper's own Fig. 5 and Fig. 16 give GSCore two different totals for QHD, and its raster bytes do not "
     "change with the size of the picture; ours do, since more pixels mean more tiles for each Gaussian.",
-    "fig6": "The recorded path is hand-held at 30 frames a second; smaller 64-pixel tables and finer scenes lose more "
-    "of their Gaussians at the tiles' borders.",
+    "fig6": "What a tile keeps follows how far the camera moves between two frames: ours is a hand-held phone at 30 "
+    "frames a second, theirs each capture's own path; and large Gaussians stay longer than small ones.",
     "fig7": "A place is counted among the Gaussians that stay, since insertions move everybody behind them; long "
     "tables move further, and theirs are not published.",
     "fig10": "A roofline on bytes knows no irregular access and no idle lanes, which the paper names as what eats the "
     "gain, so it flatters the sorting stage.",
-    "fig15": "Scenes and paths differ; our Neo pays for intersection tests, imbalance, projection and pixels, which "
-    "theirs does not (see accounting), and GSCore is faster here because our tile test is exact for it as well.",
+    "fig15": "The paper's frames a second are its bytes, and our scenes need fewer (Fig. 16); what then binds our Neo "
+    "are intersection tests, imbalance and projection, which the paper's simulator does not charge (accounting), while "
+    "our GSCore is given its hits and lists no more than the exact test does.",
     "fig16": "Most of the paper's reduction is the tile: 64 pixels against 16. The same GSCore on 64-pixel tiles "
     "(gscore-64) shows what reuse itself saves.",
     "fig17a": "Another large scene, seen from another height: what counts is how many Gaussians are in sight.",

@@ -12,21 +12,26 @@ from golden.report.reproduce.rows import MEAN, Row
 
 @dataclass(frozen=True)
 class Panel:
-    """Bars of one quantity, or lines over the number that follows it (quantity "fps at motion x", then 2, 4, 8)."""
+    """Bars of quantities, or lines over the number that follows one ("fps at motion x", then 2, 4, 8)."""
 
-    quantity: str
+    quantity: str | tuple[str, ...]
     across: str = "size"  # column whose values are the groups of bars
     series: str = "hardware"  # column whose values are the bars of a group, or the lines
     scene: str | None = None  # only this one; None: all
     size: str | None = None
     lines: bool = False
     log: bool = False
+    unit: str = ""  # on the axis where there are several quantities
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        return (self.quantity,) if isinstance(self.quantity, str) else self.quantity
 
     def chosen(self, rows: list[Row]) -> list[Row]:
         return [
             row
             for row in rows
-            if (row.quantity.startswith(self.quantity) if self.lines else row.quantity == self.quantity)
+            if (row.quantity.startswith(self.quantity) if self.lines else row.quantity in self.quantities)
             and self.scene in (None, row.scene)
             and self.size in (None, row.size)
             and row.ours is not None
@@ -79,12 +84,14 @@ def draw(path: Path, title: str, panels: tuple[Panel, ...], rows: list[Row]) -> 
         where = [
             word for word in (f"{panel.scene} of scenes" if panel.scene == MEAN else panel.scene, panel.size) if word
         ]
-        own.set_ylabel("" if panel.lines else panel.quantity)
+        own.set_ylabel("" if panel.lines else panel.unit or panel.quantity)
         own.set_xlabel(panel.quantity.strip() if panel.lines else "")
         own.set_title(", ".join(where), fontsize=8)
         if panel.log:
             own.set_yscale("log")
         own.grid(axis="y", alpha=0.3)
+        if not panel.lines:
+            own.margins(y=0.3)  # room for the legend
         own.legend(fontsize=7)
     figure.suptitle(title, fontsize=10)
     part = path.with_name(path.name + ".part")

@@ -123,7 +123,7 @@ FIGURES = (
     Figure(
         "fig15", "Fig. 15: frames a second", fig15_cases, fig15,
         (
-            Panel(FPS, scene=MEAN, log=True),
+            Panel(FPS, scene=MEAN),
             Panel("speed-up over gscore", scene=MEAN),
             Panel("speed-up over gpu", scene=MEAN),
         ),

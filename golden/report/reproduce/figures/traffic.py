@@ -130,6 +130,7 @@ def fig18(rows: Rows, plan: Plan, runs) -> None:
 
 
 BY_STAGE = tuple(f"{stage}, {GB}" for stage in STAGES)
+LATENCIES = tuple(f"{stage}, ms" for stage in STAGES)
 FIGURES = (
     Figure(
         "fig5", "Fig. 5: traffic by stage and resolution", fig5_cases, fig5,
@@ -138,11 +139,11 @@ FIGURES = (
     ),
     Figure(
         "fig10", "Fig. 10: Neo in software on a GPU", fig10_cases, fig10,
-        tuple(
-            Panel(f"{stage}, {unit}", across="hardware", series="scene", scene=MEAN)
-            for unit in (GB, "ms") for stage in STAGES
+        (
+            Panel(BY_STAGE, across="quantity", scene=MEAN, unit=GB),
+            Panel(LATENCIES, across="quantity", scene=MEAN, unit="ms"),
         ),
-        (Pivot(BY_STAGE, across="quantity"), Pivot(tuple(f"{stage}, ms" for stage in STAGES), across="quantity")),
+        (Pivot(BY_STAGE, across="quantity"), Pivot(LATENCIES, across="quantity")),
     ),
     Figure(
         "fig16", "Fig. 16: traffic of 60 frames", fig16_cases, fig16,
