@@ -45,6 +45,10 @@ def info(args: argparse.Namespace) -> int:
         for row in settings.table():
             table.add_row(*row)
         console.print(table)
+        table = Table("key of simulate", "default", "unit", "valid", "what it sets")
+        for row in hardware.table():
+            table.add_row(*row)
+        console.print(table)
     if args.scene:
         gaussians = scene.load(args.scene)
         table = Table("field", "value", show_header=False)
@@ -116,6 +120,8 @@ def cosim(args: argparse.Namespace) -> int:
     """`splatcore cosim`: RTL and golden model side by side, exit status 1 at the first difference."""
     from golden.cosim.compare import Cosim
 
+    if args.sorting not in (None, "reuse", "full"):
+        raise InputError(f"--sorting {args.sorting}: the RTL's host wants reuse or full")
     job = prepare(args)
     _threads(args)
     output = Output(args.out, {**job.head, "model": "rtl"})

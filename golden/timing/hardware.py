@@ -124,3 +124,15 @@ def configure(name: str, pairs: list[str]) -> Hardware:
             raise InputError(f"--set {key}={text}: wants {spec.metadata['valid']} {spec.metadata['unit']}") from None
         hardware = replace(hardware, **{key: value})
     return hardware
+
+
+def table() -> list[tuple[str, str, str, str, str]]:
+    """(key, value in the default description, unit, valid, text) of every key."""
+    values = HARDWARE["splatcore"].settings()
+    rows = []
+    for name, spec in keys().items():
+        meta = spec.metadata
+        value = values[name]
+        shown = str(int(value)) if isinstance(value, bool) else str(value)
+        rows.append((name, shown, meta["unit"], meta["valid"], meta["text"]))
+    return rows

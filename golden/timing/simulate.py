@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class Run:
     """One accelerator over the frames of a job; `add` takes each frame as it is drawn, `finish` the last."""
 
     def __init__(self, job, machine: Hardware, sorting: str):
+        if not is_late(machine, sorting):
+            machine = replace(machine, late_sort=False, entry_bytes=max(machine.entry_bytes, params.ENTRY_BYTES))
         self.job, self.machine, self.sorting = job, machine, sorting
         camera = job.cameras[0]
         self.size = camera.width, camera.height
@@ -142,8 +144,13 @@ class Run:
         self.records.append(record)
 
 
+def is_late(machine: Hardware, sorting: str) -> bool:
+    """Does the raster core sort? Another strategy than reuse needs keys in its tables, and goes without."""
+    return bool(machine.late_sort) and sorting == "reuse"
+
+
 def _picture_key(machine: Hardware, sorting: str) -> tuple[str, bool]:
-    return sorting, bool(machine.late_sort)
+    return sorting, is_late(machine, sorting)
 
 
 def compare_job(
