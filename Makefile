@@ -8,7 +8,7 @@ PYTEST := $(BIN)/pytest -n 2
 SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build/sim
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: help setup lint test test-fast formal sim params docs clean
+.PHONY: help setup lint test test-fast formal sim bench params docs clean
 .DELETE_ON_ERROR:
 
 help: ## print the targets
@@ -30,6 +30,9 @@ formal: $(DEV) ## prove that every output stream holds its beat until it moves
 
 sim: $(USER) ## co-simulate eight small frames: golden model against the Verilated RTL
 	$(BIN)/splatcore cosim $(SIM)
+
+bench: $(USER) ## how fast the simulator is, as ratios; history in docs/bench.csv
+	$(BIN)/python -m tests.bench
 
 params: $(USER) ## write rtl/gs_params.vh from golden/params.py
 	$(BIN)/python -m golden.params
