@@ -99,6 +99,7 @@ class Accelerator:
         self.lanes = raster_state.new_state(self.core, hardware.slices, 0)
         self.columns, self.rows = -(-width // hardware.tile), -(-height // hardware.tile)
         self.order = morton_tiles(self.columns, self.rows)
+        self.blank = np.ones((2, len(self.order)), np.bool_)  # of the images: background only, as the host made them
         self.cycle = 0
         self.number = 0
         self.members = None
@@ -179,9 +180,14 @@ class Accelerator:
         tests = len(index) * params.GROUPS
         if h.raster == "candidates":
             tests = int(raster.candidates.sum())
+        order = self.order
+        if h.skip_blank:
+            blank = table_n + in_n == 0
+            order = order[~(blank & self.blank[this])[order]]
+            self.blank[this] = blank
         self.number += 1
         return Drawn(
-            blocks, self.order, job, raster, after, beside,
+            blocks, order, job, raster, after, beside,
             int(raster.counts.sum()), tests,
         )  # fmt: skip
 

@@ -61,6 +61,9 @@ class Hardware:
     preprocess_ahead: bool = _key(
         "", "0|1", "preprocessing of a frame runs while the one before it is drawn", _one_of(0, 1), False
     )
+    skip_blank: bool = _key(
+        "", "0|1", "tiles that hold nothing and held nothing are not drawn again", _one_of(0, 1), False
+    )
     channels: int = _key("channels", "1|2|4|8|16|32", "LPDDR4-3200, 12.8 GB/s each", _one_of(1, 2, 4, 8, 16, 32), 4)
     charge_tests: bool = _key("", "0|1", "0: intersection tests take no time", _one_of(0, 1), True)
     charge_imbalance: bool = _key("", "0|1", "0: SCUs share their work evenly", _one_of(0, 1), True)
@@ -85,7 +88,7 @@ HARDWARE = {
         Hardware(
             "splatcore", "late sort, candidate tests, queues, packed records in Morton order behind a cache, clusters",
             raster="candidates", late_sort=True, entry_bytes=4, record_stride=24, cache_kb=256,
-            cache_shared=True, morton=True, clusters=True, reproject=True, preprocess_ahead=True,
+            cache_shared=True, morton=True, clusters=True, reproject=True, preprocess_ahead=True, skip_blank=True,
         ),
         _NEO,
         replace(_NEO, name="neo-s", note="Neo without the update by the raster cores", deferred_update=False),
