@@ -113,14 +113,17 @@ class Runs:
         groups = self.missing(cases)
         total = sum(weight(*group) for group in groups)
         jobs = min(jobs or workers(), max(len(groups), 1))
-        done = 0
+        done, begin = 0, time.perf_counter()
+        if groups:
+            yield f"{len(groups)} runs on {jobs} processes"
         for number, (group, seconds) in enumerate(self._finished(groups, jobs), 1):
             done += weight(*group)
             on_step(done, total)
+            left = (time.perf_counter() - begin) * (total - done) / done / 60
             scene, size, frames, settings, speed = group[0]
             more = "".join(f", {word}" for word in (*settings, *([f"motion x{speed:g}"] if speed != 1 else [])))
             words = f"{scene}, {size}{more}, {frames} frames, {len(group[1])} configurations"
-            yield f"run {number} of {len(groups)}: {words}, {seconds:.0f} s"
+            yield f"run {number} of {len(groups)}: {words}, {seconds:.0f} s; about {left:.0f} min left"
 
     def _finished(self, groups, jobs: int) -> Iterator:
         tasks = [(*group, [self.file(case) for case in group[1]]) for group in groups]
