@@ -47,7 +47,8 @@ class Made:
             stages = {stage: int(rng.integers(10**6, 10**7)) * factor for stage in measures.STAGES}
             used = {s: {k: int(rng.integers(10**6, 10**8)) for k in ("read", "write")} for s in measures.STAGES}
             frames.append(
-                {"cycles": sum(stages.values()), "stage_cycles": stages, "dram_bytes": used, "entries": 1000,
+                {"cycles": sum(stages.values()), "stage_cycles": stages, "dram_bytes": used,
+                 "entries": 1000, "counters": {"visible": 400},
                  "incoming": int(rng.integers(1, 500)), "psnr_db": float(rng.uniform(45, 80))}
             )  # fmt: skip
         ms = [frame["cycles"] / 1e6 for frame in frames[1:]]

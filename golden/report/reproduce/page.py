@@ -33,8 +33,9 @@ def _table(head: list[str], lines: list[list[str]]) -> str:
 
 
 def _paper(figure: str, row: Row) -> str:
+    """The paper's number as it is printed there."""
     claim = paper.find(figure, row.size, row.hardware, row.quantity)
-    return f"{claim.relation} {_number(row.paper)}".strip() if claim and row.paper is not None else _number(row.paper)
+    return f"{claim.relation} {claim.value:g}".strip()
 
 
 def _beside(figure: Figure, rows: Rows) -> str:

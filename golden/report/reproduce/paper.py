@@ -112,19 +112,19 @@ WHY = {
     "tables move further, and theirs are not published.",
     "fig10": "A roofline on bytes knows no irregular access and no idle lanes, which the paper names as what eats the "
     "gain, so it flatters the sorting stage.",
-    "fig15": "The paper's frames a second are its bytes, and our scenes need fewer (Fig. 16); what then binds our Neo "
-    "are intersection tests, imbalance and projection, which the paper's simulator does not charge (accounting), while "
-    "our GSCore is given its hits and lists no more than the exact test does.",
-    "fig16": "Most of the paper's reduction is the tile: 64 pixels against 16. The same GSCore on 64-pixel tiles "
-    "(gscore-64) shows what reuse itself saves.",
+    "fig15": "Frames a second are bytes here as there (Fig. 16), and our scenes need fewer, GSCore's tables above all; "
+    "where bytes are few, intersection tests, imbalance and projection bind Neo instead, which the paper's simulator "
+    "does not charge (accounting), while our GSCore is given its hits and lists no more than the exact test does.",
+    "fig16": "Most of the paper's reduction is the tile, 64 pixels against 16, and it grows with the tiles that a "
+    "Gaussian touches; the same GSCore on 64-pixel tiles (gscore-64) shows what reuse itself saves.",
     "fig17a": "Another large scene, seen from another height: what counts is how many Gaussians are in sight.",
     "fig17b": "Faster motion brings more incoming entries; beyond a share of them a frame is sorted from scratch.",
     "fig18": "What a separate update pass costs depends on the records it fetches again; the paper gives two different "
     "numbers for it (a reduction in Section 6.3, an increase in Section 4.4).",
     "fig19": "The paper does not say how often periodic sorting sorts nor how late background sorting is; ours are in "
     "the names of the rows. Latencies below its limit are possible here since the scene differs.",
-    "table2": "Ours is the distance to the exact float64 picture and no photograph; the loss is what that distance "
-    "costs at a typical PSNR of the paper's table.",
+    "table2": "Ours is the distance to the exact float64 picture and no photograph, and the loss what that distance "
+    "costs at a typical PSNR of the paper's table; it comes from keys one frame old, so it follows the motion.",
     "beyond": "Not in the paper: what each option of this project changes on plain Neo, alone and all together.",
     "accounting": "The paper's public simulator charges nothing for these; each is switched off here in turn.",
 }

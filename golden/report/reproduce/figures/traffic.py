@@ -15,6 +15,7 @@ from golden.timing import gpu
 SCRATCH = ("gpu", "gscore")  # machines of Fig. 5
 MACHINES = ("gpu", "gscore", "gscore-64", "neo", "splatcore")
 PARTS = ("gscore", "neo-s", "neo")  # Fig. 18, from GSCore to Neo
+TOUCHED = "entries of a Gaussian in sight"  # tiles that it is listed in
 SOFTWARE = "gpu, Neo in software"
 SOFTWARE_ENTRY = 8  # bytes of a table's entry on a GPU: 32-bit depth, 32-bit index: assumed
 SOFTWARE_PASSES = 2  # over the table, read and written: sort the chunks, merge and delete: assumed
@@ -109,6 +110,11 @@ def fig16(rows: Rows, plan: Plan, runs) -> None:
     rows.summary(
         plan.top, "splatcore", "less than neo, %", less(sum(found["splatcore"].values()), sum(found["neo"].values()))
     )
+    touched = {}
+    for scene in plan.names:
+        frames = steady(runs[plan.case(scene, plan.top, "neo")])
+        touched[scene] = sum(f["entries"] for f in frames) / max(sum(f["counters"]["visible"] for f in frames), 1)
+    rows.each(plan.top, "neo", TOUCHED, touched)
 
 
 def fig18_cases(plan: Plan) -> list:
@@ -151,6 +157,7 @@ FIGURES = (
         (
             Pivot((GB,), "scene", "hardware", True),
             Pivot(tuple(f"less than {name}, %" for name in MACHINES), across="quantity"),
+            Pivot((TOUCHED,), across="scene", each=True),
         ),
     ),
     Figure(
