@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `splatcore reproduce`."""
     parser.add_argument("names", nargs="*", default=["all"], metavar="NAME", help=f"all, page, {', '.join(NAMES)}")
     parser.add_argument("-o", dest="out", metavar="DIR", help="folder for CSV, PNG and the runs behind them")
-    parser.add_argument("--frames", type=int, help="of each run, 2 or more (default: 4)")
+    parser.add_argument("--frames", type=int, help="of each run, 2 or more (default: 3)")
     parser.add_argument("--quick", action="store_true", help="small built-in scenes and pictures, 2 frames: a trial")
     parser.add_argument("--scenes", metavar="LIST", help="kinds or SCENEs with commas between (default: all six kinds)")
     parser.add_argument("--sizes", metavar="LIST", help="picture sizes with commas between (default: hd,fhd,qhd)")

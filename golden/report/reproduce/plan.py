@@ -136,7 +136,7 @@ def scene_list(text: str | None) -> tuple[Scene, ...]:
 def make(args: argparse.Namespace) -> Plan:
     """The plan that the command line asks for; InputError names what is wrong with it."""
     quick = QUICK if args.quick else {}
-    frames = args.frames or quick.get("frames", 4)
+    frames = args.frames or quick.get("frames", 3)
     if frames < 2:
         raise InputError(f"--frames {frames}: wants 2 or more; the first one is sorted from scratch")
     sizes = tuple((args.sizes or quick.get("sizes", "hd,fhd,qhd")).split(","))
