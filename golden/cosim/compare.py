@@ -171,8 +171,11 @@ def _cycles(rtl: SliceFrame) -> dict:
     insert = [f"insert{core}" for core in cores]
     return {
         "cycles": rtl.cycles,
-        "sorting": int(rtl.sorted.max(initial=0)),
-        "raster": int(rtl.done.max(initial=0)),
+        "stage_cycles": {
+            "preprocess": None,
+            "sorting": int(rtl.sorted.max(initial=0)),
+            "raster": int(rtl.done.max(initial=0)),
+        },
         "bytes": {
             "sorting": {"read": bytes_of("read", *sort, *insert), "write": bytes_of("write", *sort)},
             "raster": {"read": bytes_of("read", "table", "feature"), "write": bytes_of("write", "table", "pixel")},
