@@ -72,6 +72,37 @@ def test_late_sort_is_closer_to_the_truth(results):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("camera", ["0,0,0/0,100,0/0,0,1/60", "0,0,90/0,0,100/0,1,0/60"])
+def test_a_picture_without_gaussians_is_no_trouble(tmp_path, camera):
+    for name in HARDWARE:
+        words = ["simulate", "builtin:object?n=50", f"--camera={camera}", "--size", "100x70", "--frames", "2"]
+        assert run([*words, "--hardware", name, "--no-oracle", "--json", str(tmp_path / "a.json")]) == 0
+        result = json.loads((tmp_path / "a.json").read_text())
+        assert all(frame["cycles"] > 0 for frame in result["per_frame"])
+
+
+@pytest.mark.slow
+def test_a_cut_costs_one_frame_and_no_picture(tmp_path):
+    words = [
+        "simulate",
+        SCENE,
+        "--path",
+        "cut",
+        "--size",
+        "256x192",
+        "--frames",
+        "6",
+        "--json",
+        str(tmp_path / "a.json"),
+    ]
+    assert run(words) == 0
+    frames = json.loads((tmp_path / "a.json").read_text())["per_frame"]
+    cut = [frame["counters"]["full_frames"] for frame in frames]
+    assert cut.count(1) == 2 and cut[0] == 1
+    assert min(frame["psnr_db"] for frame in frames) > 60
+
+
+@pytest.mark.slow
 def test_the_image_is_written_once(results):
     for name in ("neo", "splatcore", "gscore"):
         written = results[name]["per_frame"][-1]["dram_bytes"]["raster"]["write"]

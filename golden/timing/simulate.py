@@ -108,7 +108,7 @@ class Run:
             blocks = drawn.beside
         trace = a.run(blocks, drawn)[1]
         after, _ = a.run(drawn.after, None) if len(drawn.after.cycles) else (0, None)
-        cycles = a.cycle - begin
+        cycles = max(a.cycle - begin, 1)  # a picture that stays blank takes no time at all
         lost = (a.lanes[-1] - lost).sum(axis=0)
         stages = {
             "preprocess": preprocess or int(trace.preprocess[1] - trace.preprocess[0]),
