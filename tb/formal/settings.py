@@ -76,6 +76,8 @@ SETTINGS = {
     "gs_skid": Setting({"WIDTH": 8}),
     "gs_fifo": Setting({"WIDTH": 8, "DEPTH": 4}),
     "gs_block_buffer": Setting({"WIDTH": 8, "DEPTH": 8}, void={"out_data": "out_len == 0"}),
+    # mark_used counts what waits; it is no field of the mark
+    "gs_hit_queue": Setting({"QUEUE": 16, "CHUNK": 8, "MARKS": 4}, void={"mark_used": "1'b1"}),
     "gs_axi_list_reader": Setting(
         {"N_W": 10, "ADDR_W": 13}, void={"list_entry": "list_last"}, neighbours=reads(10), bound=12
     ),
