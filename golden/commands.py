@@ -13,11 +13,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from golden import metrics, oracle, scene, settings
+from golden import keys, metrics, scene, settings
 from golden.errors import InputError
 from golden.frame import Renderer
-from golden.job import Job, prepare
-from golden.preprocess import project
+from golden.job import prepare
 from golden.report import summary
 from golden.report.stats import Output, frame_record, write_json
 from golden.timing import hardware
@@ -42,11 +41,11 @@ def info(args: argparse.Namespace) -> int:
     console = Console()
     if args.keys:
         table = Table("key", "default", "unit", "valid", "what it sets")
-        for row in settings.table():
+        for row in keys.table(settings.Settings()):
             table.add_row(*row)
         console.print(table)
-        table = Table("key of simulate", "default", "unit", "valid", "what it sets")
-        for row in hardware.table():
+        table = Table("key of simulate", "splatcore's", "unit", "valid", "what it sets")
+        for row in keys.table(hardware.HARDWARE["splatcore"]):
             table.add_row(*row)
         console.print(table)
     if args.scene:
@@ -78,13 +77,6 @@ def _threads(args: argparse.Namespace) -> None:
         numba.set_num_threads(min(args.jobs, numba.config.NUMBA_NUM_THREADS))
 
 
-def _truth(job: Job, index: int) -> np.ndarray:
-    """The oracle's picture of one frame, float64 [H, W, 3]."""
-    antialias = {"auto": None, "on": True, "off": False}[job.settings.antialias]
-    projection = project(job.gaussians, job.cameras[index], antialias)
-    return oracle.render(projection, job.cameras[index], job.settings.background_colour())
-
-
 def render(args: argparse.Namespace) -> int:
     """`splatcore render`: pictures, no comparison with the oracle (it has its own --model)."""
     if args.out is None:
@@ -100,7 +92,7 @@ def render(args: argparse.Namespace) -> int:
             for index, number in enumerate(progress.track(job.frames, description=f"render {args.model}")):
                 begin = time.perf_counter()
                 if args.model == "oracle":
-                    image, counters = _truth(job, index).astype(np.float32), {}
+                    image, counters = job.truth(index).astype(np.float32), {}
                 else:
                     frame = renderer.frame(job.cameras[index])
                     image, counters = frame.image, frame.counters
@@ -133,7 +125,7 @@ def cosim(args: argparse.Namespace) -> int:
                 result = pair.frame(index)
                 quality = None
                 if not getattr(args, "no_oracle", False) and result.difference is None:
-                    quality = metrics.compare(result.image, _truth(job, index))
+                    quality = metrics.compare(result.image, job.truth(index))
                 output.add(number, result.image, frame_record(result.image, result.counters, quality, result.cycles))
                 print(result.line(number, quality), flush=True)
                 if result.difference is not None:
@@ -151,8 +143,8 @@ def simulate(args: argparse.Namespace) -> int:
     """`splatcore simulate`: an accelerator's time, bytes and picture, frame by frame."""
     from golden.timing import simulate as simulation
 
-    args.set, keys = simulation.split_settings(args.set)
-    machine = hardware.configure(args.hardware, keys)
+    args.set, pairs = simulation.split_settings(args.set)
+    machine = hardware.configure(args.hardware, pairs)
     sorting = simulation.strategy(machine, args.sorting)
     args.sorting = sorting
     if args.json and (os.path.isdir(args.json) or not os.path.isdir(os.path.dirname(args.json) or ".")):

@@ -92,8 +92,7 @@ class Renderer:
         self.age = 0  # periodic: frames since the last full sort
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
-        antialias = {"auto": None, "on": True, "off": False}[self.settings.antialias]
-        projection = project(self.gaussians, camera, antialias)
+        projection = project(self.gaussians, camera, self.settings.antialias_mode())
         features = encode(projection)
         return projection, features, duplicate(features, camera.width, camera.height)
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict, dataclass
 
-from golden import cameras, params, scene
+import numpy as np
+
+from golden import cameras, oracle, params, scene
 from golden.cameras.camera import Camera, look_at
 from golden.cameras.paths import KINDS
 from golden.cameras.readers import RELATIVE, kind_of
 from golden.errors import InputError
 from golden.frame import SORTINGS, parse_sorting
+from golden.preprocess import project
 from golden.scene.gaussians import Gaussians
 from golden.settings import Settings, parse
 
@@ -45,6 +48,12 @@ class Job:
     frames: range
     cameras: list[Camera]  # one a frame
     head: dict  # the first fields of stats.json
+
+    def truth(self, index: int) -> np.ndarray:
+        """The oracle's picture of one frame, float64 [H, W, 3]."""
+        camera = self.cameras[index]
+        projection = project(self.gaussians, camera, self.settings.antialias_mode())
+        return oracle.render(projection, camera, self.settings.background_colour())
 
 
 def _start(args: argparse.Namespace, gaussians: Gaussians, width: int, height: int) -> tuple[Camera, tuple, tuple]:

@@ -12,18 +12,17 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from golden import metrics, oracle, params
+from golden import keys, metrics, params
 from golden.errors import InputError
 from golden.frame import Frame, Renderer
-from golden.preprocess import project
 from golden.report.stats import Output, frame_record
+from golden.settings import Settings
 from golden.timing import gpu, hardware, memory, raster_state, tiles16
 from golden.timing.accelerator import Accelerator
 from golden.timing.address_map import LINE
 from golden.timing.hardware import Hardware
 
 CLOCK = 1e9  # core cycles a second
-QUALITIES = ("oracle", "exact", "none")
 
 
 def strategy(machine: Hardware, sorting: str | None) -> str:
@@ -171,15 +170,12 @@ def compare_job(
     if quality == "exact":
         wanted.add(("full", False))
     renderers = {key: Renderer(job.gaussians, job.settings, *key) for key in sorted(wanted)}
-    antialias = {"auto": None, "on": True, "off": False}[job.settings.antialias]
     try:
         for index, camera in enumerate(job.cameras):
             frames = {key: renderer.frame(camera) for key, renderer in renderers.items()}
             truth = None
             if quality == "oracle":
-                truth = oracle.render(
-                    project(job.gaussians, camera, antialias), camera, job.settings.background_colour()
-                )
+                truth = job.truth(index)
             elif quality == "exact":
                 truth = frames["full", False].image.astype(np.float64)
             marks = {key: None if truth is None else metrics.compare(f.image, truth) for key, f in frames.items()}
@@ -199,7 +195,7 @@ def compare_job(
 def compare(
     scene: str,
     size: str,
-    frames: int,
+    frames: int | str,
     configs: list[tuple[str, str | None, dict[str, str]]],
     cameras: str | None = None,
     path: str = "orbit",
@@ -220,14 +216,17 @@ def compare(
         words += ["--set", pair]
     job = prepare(parser.parse_args(words))
     machines = []
-    for name, sorting, keys in configs:
-        machine = hardware.configure(name, [f"{key}={value}" for key, value in keys.items()])
+    for name, sorting, changes in configs:
+        machine = hardware.configure(name, [f"{key}={value}" for key, value in changes.items()])
         machines.append((machine, strategy(machine, sorting)))
     return compare_job(job, machines, quality, on_frame)
 
 
 def split_settings(pairs: list[str]) -> tuple[list[str], list[str]]:
-    """--set pairs of (the golden model, the hardware)."""
-    known = hardware.keys()
-    mine = [pair for pair in pairs if pair.partition("=")[0] in known]
-    return [pair for pair in pairs if pair not in mine], mine
+    """--set pairs of (the golden model, the hardware); InputError for what neither knows."""
+    names = {owner: keys.known(owner) for owner in (Settings, Hardware)}
+    split = {owner: [pair for pair in pairs if pair.partition("=")[0] in names[owner]] for owner in names}
+    for pair in pairs:
+        if not any(pair in mine for mine in split.values()):
+            raise keys.unknown(pair, [name for owner in names.values() for name in owner])
+    return split[Settings], split[Hardware]
