@@ -11,7 +11,7 @@ from golden import cameras, scene, slice
 from golden.cameras.camera import look_at
 from golden.frame import Renderer, tiles_of
 from golden.settings import Settings
-from golden.sorting_core import sort_sequencer
+from golden.timing import accelerator as accelerator_module
 from golden.timing import memory, raster_state
 from golden.timing.accelerator import Accelerator, no_blocks
 from golden.timing.hardware import HARDWARE
@@ -59,12 +59,21 @@ def test_one_slice_on_fixed_memory_takes_the_cycles_of_the_rtl(spec):
             np.testing.assert_array_equal(getattr(trace, name), expected, err_msg=name)
 
 
-def test_a_broken_formula_is_seen(monkeypatch):
+@pytest.mark.parametrize(
+    ("owner", "name", "event"),
+    [(Accelerator, "_sort_cycles", "ready"), (accelerator_module, "pixel_beats", "done")],
+    ids=["sort", "pixels"],
+)
+def test_a_broken_formula_is_seen(monkeypatch, owner, name, event):
+    """One cycle more in one formula of the engine's, and its times are no longer the slice's."""
     gaussians, (frame, *_) = frames("builtin:room?n=5000", 1)
-    accelerator = Accelerator(SLICE, gaussians, *SIZE)
-    trace = on_engine(accelerator, frame)
-    monkeypatch.setattr(sort_sequencer, "NEXT_COMMAND", 3)
-    jobs = np.array([3 + cycles for cycles in on_slice(frame).job])
-    order = frame.order.offsets, frame.order.words
-    broken = slice.frame_times(jobs, order, frame.raster, tiles_of(*SIZE), *SIZE)
-    assert not np.array_equal(trace.ready, broken.sorted)
+    right = getattr(owner, name)
+
+    def wrong(*args):
+        result = right(*args)
+        return (result[0] + 1, *result[1:]) if isinstance(result, tuple) else result + 1
+
+    monkeypatch.setattr(owner, name, wrong)
+    trace = on_engine(Accelerator(SLICE, gaussians, *SIZE), frame)
+    want = on_slice(frame)
+    assert not np.array_equal(getattr(trace, event), want.sorted if event == "ready" else getattr(want, event))

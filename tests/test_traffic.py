@@ -64,7 +64,7 @@ def test_lines_of_blocks_equal_sets_of_bytes(name):
         at = regions(f, n, *SIZE, 4 * frame.order.words.size)
         starts = list_starts(at.incoming[number & 1], np.diff(frame.incoming.offsets), f.incoming_bytes)
         listed = indices_of(frame.incoming.words)
-        got = preprocess(stored, f, at, frame, last, number, (starts, frame.incoming.offsets, listed))
+        got = preprocess(stored, f, at, frame, last, number, (starts, frame.incoming.offsets, listed), 4)
         visible = frame.features.visible
         before = np.zeros(n, bool) if seen_before is None or not f.membership else seen_before
         tiles = tiles_in_box(frame, f.tile)
@@ -139,7 +139,7 @@ def test_a_giant_keeps_one_duplication_unit_busy():
     at = regions(f, 2, 640, 640, 1000)
     starts = list_starts(at.incoming[0], np.diff(frame.incoming.offsets), 6)
     lists = starts, frame.incoming.offsets, indices_of(frame.incoming.words)
-    got = preprocess(clusters.store(scene, False), f, at, frame, None, 0, lists)
+    got = preprocess(clusters.store(scene, False), f, at, frame, None, 0, lists, 4)
     assert tiles_in_box(frame, 64).tolist() == [100, 1]
     assert got.blocks.cycles.tolist() == [100]
     assert got.members.end.tolist() == [32 + 8 + 8 + 8]

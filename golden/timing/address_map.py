@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden import params
+from golden.timing.dram import LINE
 
-LINE = 64  # bytes of a memory access
 BLOCK = 256  # Gaussians that are preprocessed together, and of a cluster
 PAGE = 4096  # bytes: regions start at multiples
 COLOUR_BYTES = 5  # of a colour that is kept: 39 bits

@@ -21,9 +21,8 @@ import numpy as np
 
 from golden.slice import OFFER, QUEUE
 from golden.timing import raster_agent, raster_state
-from golden.timing.memory import PREPROCESS, SORTING, answer
+from golden.timing.memory import NEVER, PREPROCESS, SORTING, answer
 
-NEVER = 1 << 60
 AHEAD = 4  # blocks of Gaussians that preprocessing has asked for and not yet written
 STREAMS = 128  # lines of preprocessing on their way at once: most are in order
 LATENCY = 40  # cycles before a block's data are there in which the next one's are asked for
@@ -47,10 +46,9 @@ def new_trace(tiles: int) -> Trace:
     return Trace(np.zeros(2, np.int64), *(np.zeros(tiles, np.int64) for _ in range(6)))
 
 
-# State of preprocessing
-BLOCK, WRITTEN, UNITS_FREE, PUT, ENDS = range(
-    5
-)  # next block to read, to write; ...; last write; ends of computing, a ring
+# State of preprocessing: the next block to be read and to be written, when the units are free and the last write is
+# through, when blocks were computed (a ring)
+BLOCK, WRITTEN, UNITS_FREE, PUT, ENDS = range(5)
 PRE_N = ENDS + AHEAD
 
 
@@ -217,7 +215,7 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
                 time[agent] = NEVER
                 finish[place] = trace.accepted[place] + jobs.cycles[tile] + lane_slip[lane]
                 trace.slip[place] = lane_slip[lane]
-                _settle(s, k, cores, mine, finish, trace, time, at_raster, drawn, taken, next_tile < tiles, memory)
+                _settle(s, k, cores, mine, finish, trace, time, at_raster, drawn, taken, next_tile < tiles)
         elif agent < at_writer:
             s = agent - at_raster
             if raster_state.full(raster, s):
@@ -229,9 +227,8 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
                 offered = max(trace.ready[place], trace.accepted[place] + QUEUE)
                 trace.started[place] = raster_agent.begin(raster, s, tile, offered, memory)
                 _settle(
-                    s, drawn[s] + cores, cores, mine, finish, trace, time, at_raster, drawn, taken,
-                    next_tile < tiles, memory,
-                )  # fmt: skip
+                    s, drawn[s] + cores, cores, mine, finish, trace, time, at_raster, drawn, taken, next_tile < tiles
+                )
                 time[agent] = raster_agent.next_time(raster, s, trace.started[place])
             else:
                 over = raster_agent.batch(raster, s, tile, now, memory)
@@ -256,7 +253,7 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
 
 
 @numba.njit(cache=True)
-def _settle(s, k, cores, mine, finish, trace, time, at_raster, drawn, taken, more, memory):
+def _settle(s, k, cores, mine, finish, trace, time, at_raster, drawn, taken, more):
     """A lane's tile k is ready once it is sorted and the raster lane has begun the lane's last one; wakes who waits."""
     if k >= taken[s] or k < 0:
         return

@@ -12,8 +12,8 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.timing.dram import LINE
 
-LINE = 64  # bytes
 REUSE, SCRATCH, HIERARCHICAL, NONE = range(4)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from golden import dma
 from golden.timing import dram
 
+NEVER = 1 << 60  # a cycle
 PREPROCESS, SORTING, RASTER = range(3)
 STAGES = ("preprocess", "sorting", "raster")
 OUTSTANDING = 32  # reads that a master has on their way at once

@@ -20,8 +20,6 @@ from golden.timing.preprocess_lines import KINDS, Bases, Blocks, Steps, Who, ext
 if TYPE_CHECKING:
     from golden.frame import Frame
 
-UNITS = 4  # projection, colour and duplication units each (Neo, Table 1)
-
 
 @dataclass(frozen=True)
 class Members:
@@ -47,7 +45,7 @@ def preprocess(
     last: Members | None,
     number: int,
     lists: tuple[np.ndarray, np.ndarray, np.ndarray],
-    units: int = UNITS,
+    units: int,
 ) -> Preprocessed:
     """One frame.
 

@@ -13,7 +13,7 @@ from golden import dma, params
 from golden.raster_core import late_timing, raster_lane, timing
 from golden.raster_core.late_timing import BATCH_N, BLENDED, PX_N, SORTED
 from golden.raster_core.raster_lane import TILES
-from golden.timing.jobs import LINE
+from golden.timing.dram import LINE
 from golden.timing.memory import OUTSTANDING, RASTER, answer
 from golden.timing.raster_state import (
     BATCH,

@@ -10,13 +10,12 @@ import numpy as np
 from golden import dma, params
 from golden.raster_core import late_timing, raster_lane
 from golden.raster_core.raster_lane import TILES
-from golden.timing.jobs import LINE
-from golden.timing.memory import OUTSTANDING, RASTER, answer
+from golden.timing.dram import LINE
+from golden.timing.memory import NEVER, OUTSTANDING, RASTER, answer
 
 GROUPS, CANDIDATES, SIMPLE = range(3)
 REQUEST_DELAY = 3  # a request of the core to its first AR: queue, record reader
 CACHE_HIT = 4  # cycles from a record's request to its answer in the cache
-NEVER = 1 << 60
 QUEUE = 1 << 13  # writes that wait, each a run of lines
 RESOLVE = 4  # pixels resolved in a cycle
 NOMINAL = dma.LATENCY  # answers to what is written
@@ -57,9 +56,7 @@ class Raster(NamedTuple):
     cycles: np.ndarray  # int64[B]; SIMPLE only
     out: np.ndarray  # int64[T] byte address of the table written back, -1: none is
     beats: np.ndarray  # int64[T] of pixels
-    rows: (
-        np.ndarray
-    )  # int64[T, 4] first byte of the tile's pixels, bytes of a row, distance of rows, rows; 0 rows: none
+    rows: np.ndarray  # int64[T, 4] first byte of the tile's pixels, bytes of a row, from row to row, rows (0: none)
     state: np.ndarray  # int64[S, STATE_N]
     dones: np.ndarray  # int64[S, TILES]
     ports: np.ndarray  # int64[S, ..] of golden/dma.py, for the nominal answers to what is written
