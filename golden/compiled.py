@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import os
 from functools import cache
 from pathlib import Path
 
@@ -63,7 +64,7 @@ def stamp(path: Path) -> str:
     """Hash of sources(path)."""
     text = hashlib.sha256()
     for source in sorted(sources(path)):
-        text.update(str(source.relative_to(ROOT)).encode() + b"\0" + _source(source))
+        text.update(os.path.relpath(source, ROOT).encode() + b"\0" + _source(source))
     return text.hexdigest()[:16]
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from golden import cli
-from golden.report import reproduce
+from golden import cli, job
+from golden.report import reproduce, sweep
 from golden.report.reproduce import page, paper, plan, rows, runs, similarity
 from golden.report.reproduce.figures import all_figures, measures, traffic
 from golden.report.reproduce.plan import Case, Plan, Scene
@@ -144,8 +144,8 @@ def test_similarity_counts_as_plain_python_does():
 def test_a_camera_that_stands_still_keeps_everything():
     words = [ONE, "--size", SIZE, "--frames", "3", "--path", "static"]
     parser = argparse.ArgumentParser()
-    runs.job.add_common(parser)
-    found = similarity.measure(runs.job.prepare(parser.parse_args(words)))
+    job.add_common(parser)
+    found = similarity.measure(job.prepare(parser.parse_args(words)))
     assert set(found["keeping"].values()) == {100.0}
     assert set(found["moved"].values()) == {0}
 
@@ -172,6 +172,7 @@ def counted(monkeypatch):
         return [Made()[case] for case in cases]
 
     monkeypatch.setattr(runs, "measure", measure)
+    monkeypatch.setattr(sweep, "sources", lambda work: "made up")
     return calls
 
 
@@ -189,10 +190,10 @@ def test_an_interrupted_reproduction_goes_on_where_it_was(tmp_path, counted):
 
 def test_other_sources_measure_anew(tmp_path, monkeypatch):
     case = FULL.case("indoor", "hd", "neo")
-    before = runs.Runs(FULL, tmp_path).file(case)
-    assert before == runs.Runs(FULL, tmp_path).file(case)
-    monkeypatch.setattr(runs, "sources_hash", lambda: "other")
-    assert runs.Runs(FULL, tmp_path).file(case) != before
+    before = runs.Runs(FULL, tmp_path).of(case)
+    assert before == runs.Runs(FULL, tmp_path).of(case)
+    monkeypatch.setattr(sweep, "sources", lambda work: "other")
+    assert runs.Runs(FULL, tmp_path).of(case) != before
 
 
 def test_cases_of_the_same_frames_are_measured_together(tmp_path):
@@ -201,7 +202,7 @@ def test_cases_of_the_same_frames_are_measured_together(tmp_path):
     other = FULL.case("indoor", "hd", "gscore", channels=8)
     ((_, cases),) = kept.missing([plain, judged, other])
     assert set(cases) == {judged, other}  # what is judged serves both
-    kept.file(judged).write_text(json.dumps({"result": {"fps": 1}}))
+    kept.of(judged).write_text(json.dumps({"result": {"fps": 1}}))
     assert kept[plain] == kept[judged] == {"fps": 1}
     assert [cases for _, cases in kept.missing([plain, judged])] == []
 

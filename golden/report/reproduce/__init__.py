@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from golden.errors import InputError
+from golden.report import sweep
 from golden.report.stats import Output, write_json
 
 NAMES = (
@@ -25,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenes", metavar="LIST", help="kinds or SCENEs with commas between (default: all six kinds)")
     parser.add_argument("--sizes", metavar="LIST", help="picture sizes with commas between (default: hd,fhd,qhd)")
     parser.add_argument("--jobs", type=int, default=0, metavar="N", help="processes (default: cores, as memory allows)")
+    sweep.add_arguments(parser)
     parser.add_argument("--page", metavar="FILE", help="write the page there (page: docs/reproduction.md)")
 
 
@@ -83,6 +85,6 @@ def _figures(args: argparse.Namespace, names: list[str], folder: Path, on_step: 
 
     write_ready()
     cases = [case for figure in waiting.values() for case in figure.cases(plan)]
-    for line in runs.fill(cases, args.jobs, on_step):
+    for line in runs.fill(cases, args, on_step):
         print(line, flush=True)
         write_ready()
