@@ -22,7 +22,7 @@ from golden.settings import Settings
 from golden.sorting_core import sorting_core
 from golden.tables import Lists
 
-SORTINGS = "reuse, full, hierarchical, periodic:K, background:D"
+SORTINGS = "reuse, full, hierarchical, periodic:K, background:D, shuffled:SEED"
 
 
 @dataclass(frozen=True)
@@ -61,13 +61,13 @@ def tiles_of(width: int, height: int) -> np.ndarray:
 
 
 def parse_sorting(text: str) -> tuple[str, int]:
-    """(strategy, K or D; 1 where the strategy has none) of "reuse", "periodic:4" and so on."""
+    """(strategy, K, D or SEED; 1 where the strategy has none) of "reuse", "periodic:4" and so on."""
     kind, colon, number = text.partition(":")
     if kind in ("reuse", "full", "hierarchical") and not colon:
         return kind, 1
-    if kind in ("periodic", "background") and number.isascii() and number.isdigit() and int(number) > 0:
+    if kind in ("periodic", "background", "shuffled") and number.isascii() and number.isdigit() and int(number) > 0:
         return kind, int(number)
-    raise InputError(f"--sorting {text}: wants {SORTINGS} (K, D: whole frames, 1 or more)")
+    raise InputError(f"--sorting {text}: wants {SORTINGS} (K, D: whole frames; each 1 or more)")
 
 
 class Renderer:
@@ -80,7 +80,7 @@ class Renderer:
     def __init__(self, gaussians: Gaussians, settings: Settings, sorting: str = "reuse", late: bool = False):
         self.gaussians = gaussians
         self.settings = settings
-        self.sorting, self.interval = parse_sorting(sorting)
+        self.sorting, self.interval = parse_sorting(sorting)  # K, D or SEED
         self.late = late
         if late and self.sorting != "reuse":
             raise InputError(f"--sorting {sorting}: late sort goes with reuse only")
@@ -159,10 +159,13 @@ class Renderer:
         order = merged = tables.sort(table, incoming, first, how)
         if self.late:
             order = tables.late_sort(merged, features.key, first)
+        if self.sorting == "shuffled":
+            order = merged = tables.shuffle(order, (self.interval, self.number))
         self.age = 1
         if anew:
             self.sorted.clear()
-        self.sorted.append(order)
+        if self.sorting in ("periodic", "background"):
+            self.sorted.append(order)
         if self.sorting == "background" and not anew:
             return "background", table, incoming, self.sorted[0], self.sorted[0], counters
         return "full" if counters["full_frames"] else self.sorting, table, incoming, merged, order, counters

@@ -153,6 +153,13 @@ def _sort(offsets, words, new_offsets, new, first, how, starts, counts, out):
         out[starts[t] : starts[t] + len(merged)] = merged
 
 
+def shuffle(lists: Lists, seed: tuple[int, ...]) -> Lists:
+    """The same lists, each in a random order."""
+    tile = np.repeat(np.arange(len(lists.lengths)), lists.lengths)
+    order = np.lexsort((np.random.default_rng(seed).random(tile.size), tile))
+    return Lists(lists.offsets, lists.words[order])
+
+
 def late_sort(merged: Lists, key: np.ndarray, first: int) -> Lists:
     """The lists with the keys `key` [N] of this frame, each chunk sorted by them."""
     out = np.empty(len(merged.words), np.int64)

@@ -30,14 +30,28 @@ def same(a: Frame, b: Frame) -> bool:
     return np.array_equal(a.order.words, b.order.words) and np.array_equal(a.raster.value, b.raster.value)
 
 
-@pytest.mark.parametrize("text", ["reuse", "full", "hierarchical", "periodic:1", "periodic:12", "background:3"])
+@pytest.mark.parametrize(
+    "text", ["reuse", "full", "hierarchical", "periodic:1", "periodic:12", "background:3", "shuffled:7"]
+)
 def test_strategies_are_read(text):
     kind, _, number = text.partition(":")
     assert parse_sorting(text) == (kind, int(number or 1))
 
 
 @pytest.mark.parametrize(
-    "text", ["", "neo", "full:2", "reuse:", "periodic", "periodic:", "periodic:0", "background:-1", "background:1.5"]
+    "text",
+    [
+        "",
+        "neo",
+        "full:2",
+        "reuse:",
+        "periodic",
+        "periodic:",
+        "periodic:0",
+        "background:-1",
+        "background:1.5",
+        "shuffled",
+    ],
 )
 def test_other_strategies_are_refused_with_what_is_valid(text):
     with pytest.raises(InputError, match=r"reuse, full, hierarchical, periodic:K, background:D"):
@@ -51,6 +65,16 @@ def test_hierarchical_sorts_the_whole_table_by_the_keys_it_has():
             assert (np.diff(frame.order.tile(t)) > 0).all()
     assert frame.sorting == "hierarchical"
     assert frame.counters["full_frames"] == 0
+
+
+def test_shuffled_tables_hold_the_same_in_an_order_that_the_seed_gives():
+    cameras = track(3)
+    full, one, again, other = (frames(name, cameras) for name in ("full", "shuffled:1", "shuffled:1", "shuffled:2"))
+    for k in range(3):
+        assert same(one[k], again[k]) and not same(one[k], other[k]) and not same(one[k], full[k])
+        for t in range(4):
+            assert (np.sort(one[k].order.tile(t)) == full[k].order.tile(t)).all()
+    assert one[2].sorting == "full"
 
 
 def test_the_stale_keys_cost_the_accuracy_and_not_the_chunks():

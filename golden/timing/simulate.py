@@ -158,12 +158,14 @@ def compare_job(
     quality: str = "oracle",
     on_frame: Callable | None = None,
     output: Output | None = None,
+    on_pictures: Callable | None = None,
 ) -> list[dict]:
     """One JSON of `simulate` for each (hardware, sorting), all on the same frames.
 
     quality: "oracle" compares each picture with the float64 oracle, "exact" with the golden model's exactly sorted
     picture, "none" with nothing. on_frame(done, number of frames) is called behind each frame. output keeps the first
-    one's pictures. Ctrl-C ends the sequence: the frames so far are returned.
+    one's pictures. on_pictures(index, [golden.frame.Frame of each pair]) looks at them. Ctrl-C ends the
+    sequence: the frames so far are returned.
     """
     runs = [Run(job, machine, sorting) for machine, sorting in machines]
     wanted = {_picture_key(run.machine, run.sorting) for run in runs}
@@ -182,6 +184,8 @@ def compare_job(
             for run in runs:
                 key = _picture_key(run.machine, run.sorting)
                 run.add(frames[key], marks[key])
+            if on_pictures:
+                on_pictures(index, [frames[_picture_key(run.machine, run.sorting)] for run in runs])
             if output:
                 output.add(job.frames[index], frames[_picture_key(runs[0].machine, runs[0].sorting)].image, {})
             if on_frame:
