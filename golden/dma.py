@@ -17,7 +17,6 @@ from golden import params
 
 BORDER = 4096  # bytes: no burst crosses a multiple of it
 LIST_BORDER = 2048  # bytes: nor does gs_axi_list_reader cross a multiple of this
-RECORD_CYCLES = 4  # gs_axi_record_reader: index taken to record offered, beside the memory's read latency
 BEAT = 8  # bytes on a table's or the feature port
 PIXEL_BEAT = 16  # bytes on the pixel port
 RECORD_BEATS = params.RECORD_BYTES // BEAT
@@ -96,17 +95,18 @@ def list_arrival(cmd, n, address, port, ports, latency):
     """int64[n + 1]: first cycle in which gs_axi_list_reader offers each beat of a list, end beat included.
 
     The command sets the AR registers (1), an AR goes out in every cycle from then on. An R beat's entry is on the list
-    a cycle later (1), every fourth entry needs no beat. A list without entries has its end beat two cycles behind the
-    command. The list before has been taken, so no R beat is left over from it.
+    a cycle later (1); one that ends in the same beat as the entry before it needs none. A list without entries has its
+    end beat two cycles behind the command. The list before has been taken, so no R beat is left over from it.
     """
     out = np.empty(n + 1, np.int64)
     asked = cmd + 1
-    at = address // BEAT  # of the next R beat
-    end = at + beats(n)
-    border = at
+    begin = address // BEAT
+    at = begin  # of the next R beat
+    end = begin + beats(n)
+    border = begin
     there = cmd + 1
     for k in range(n):
-        if k % 4 != 3:
+        if begin + beats(k + 1) > at:
             if at == border:
                 border = min(end, (at * BEAT // LIST_BORDER + 1) * LIST_BORDER // BEAT)
                 there = max(there, read_burst(asked, port, ports, latency))
@@ -157,18 +157,23 @@ def record_arrivals(asked, heads, port, ports, latency):
 
 
 @numba.njit(cache=True)
+def _filled(beat, n):
+    """Which of a block's n entries fills its W beat number `beat`; n: none of them, it goes out behind them."""
+    return min(n, ((beat + 1) * BEAT - 1) // params.ENTRY_BYTES)
+
+
+@numba.njit(cache=True)
 def write_block(first, n, address, port, ports, latency):
     """gs_axi_block_writer sends a block of n entries to a byte address; it takes the first one in cycle `first`.
 
-    Beat j closes with entry j + j // 3 + 1 and moves a cycle behind it; in place of an entry behind the list's last one
-    comes a cycle.
+    A beat moves a cycle behind the entry that fills it; in place of an entry behind the list's last one comes a cycle.
     """
     end = beats(n)
     room = (BORDER - address % BORDER) // BEAT
     if room < end:
-        write_burst(first + 2 + (room - 1) // 3 + room - 1, port, ports, latency)
+        write_burst(first + _filled(room - 1, n) + 1, port, ports, latency)
     if end > 0:
-        write_burst(first + 2 + (end - 1) // 3 + end - 1, port, ports, latency)
+        write_burst(first + _filled(end - 1, n) + 1, port, ports, latency)
 
 
 @numba.njit(cache=True)

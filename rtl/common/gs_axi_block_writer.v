@@ -1,18 +1,19 @@
 // gs_axi_block_writer: packs a block stream into a table in memory.
 //
 //   One entry a cycle, also from list to list, as long as AW and W are ready. A block's AW follows its first entry by
-//   one cycle (and two, across a 4 KB border); a W beat follows the entry that fills it by one cycle, the last one of
-//   1, 2 or 3 entries over a multiple of four by two. done: two cycles after the last entry (none: after the block of
+//   one cycle (and two, across a 4 KB border); a W beat follows the entry that fills it by one cycle, a list's
+//   last one by two when it is not full. done: two cycles after the last entry (none: after the block of
 //   length 0), or one after the last B. A cmd is taken with the first beat of its list.
 //   blk_ready sees m_axi_awready and m_axi_wready combinationally, cmd_ready also blk_valid.
 //
-//   Every block but the final one of a list holds a multiple of four entries (gs_block_buffer: always 256).
+//   Entries lie in memory in whole bytes, packed. Every block but the final one of a list holds a multiple of eight
+//   entries (gs_block_buffer: always 256).
 
 `default_nettype none
 `include "gs_params.vh"
 
 module gs_axi_block_writer #(
-    parameter ENTRY_W = `GS_ENTRY_W,    // 48: three quarters of a beat
+    parameter ENTRY_W = `GS_ENTRY_W,
     parameter ADDR_W  = 32,
     parameter N_W     = 24,
     parameter DONES   = 2               // lists that may wait for their B responses
@@ -58,10 +59,13 @@ module gs_axi_block_writer #(
 );
 
     localparam LINE_W = ADDR_W - 3;             // an address in beats
+    localparam BYTES  = (ENTRY_W + 7) / 8;      // of an entry in memory
+    localparam [12:0] ENTRY_SIZE = BYTES;
+    localparam [3:0]  ENTRY_STEP = BYTES[3:0];
 
     generate
-        if (ENTRY_W != 48) begin : g_illegal
-            ENTRY_W_must_be_48 bad ();
+        if (ENTRY_W > 64) begin : g_illegal
+            ENTRY_W_must_be_64_at_most bad ();
         end
     endgenerate
 
@@ -93,14 +97,18 @@ module gs_axi_block_writer #(
         if (rst) in_block <= 1'b0;
     end
 
-    // W: the first entry of four only fills rest
-    reg  [1:0]         phase;
-    reg  [ENTRY_W-1:0] rest;
+    // W: rest holds the `have` bytes of entries that fill no beat yet, and zeros above them
+    reg  [2:0]         have;
+    reg  [55:0]        rest;
     reg  [63:0]        w_data;
     reg                w_last;
     reg  [8:0]         w_pos;                   // of the next beat in its 4 KB
-    wire               w_put    = flush || (entry && phase != 2'd0);
-    wire               w_last_d = flush || (close && phase == 2'd3) || (&w_pos);
+    wire [3:0]         with_it  = {1'b0, have} + ENTRY_STEP;
+    wire [119:0]       joined   = {64'd0, rest & {56{have != 3'd0}}}
+                                | ({{120-ENTRY_W{1'b0}}, blk_entry} << {have, 3'd0});
+    wire               even     = with_it[2:0] == 3'd0;         // the entry ends with a beat
+    wire               w_put    = flush || (entry && with_it[3]);
+    wire               w_last_d = flush || (close && even) || (&w_pos);
 
     assign m_axi_wvalid = w_valid;
     assign m_axi_wdata  = w_data;
@@ -109,26 +117,21 @@ module gs_axi_block_writer #(
 
     always @(posedge clk) begin
         if (entry) begin
-            phase <= close ? 2'd0 : phase + 2'd1;
-            rest  <= phase == 2'd0 ? blk_entry
-                   : phase == 2'd1 ? {16'd0, blk_entry[47:16]}
-                   :                 {32'd0, blk_entry[47:32]};
+            have <= close ? 3'd0 : with_it[2:0];
+            rest <= with_it[3] ? joined[119:64] : joined[55:0];
         end
         if (w_go) begin
             w_valid <= w_put;
             w_last  <= w_last_d;
-            w_data  <= flush           ? {16'd0, rest}
-                     : phase == 2'd1   ? {blk_entry[15:0], rest}
-                     : phase == 2'd2   ? {blk_entry[31:0], rest[31:0]}
-                     :                   {blk_entry, rest[15:0]};
-            flush   <= entry && close && phase != 2'd3;
+            w_data  <= flush ? {8'd0, rest} : joined[63:0];
+            flush   <= entry && close && !even;
         end else if (m_axi_wready) begin
             w_valid <= 1'b0;
         end
         if (start) w_pos <= cmd_addr[11:3];
         else if (w_go && w_put) w_pos <= w_pos + 9'd1;
         if (rst) begin
-            phase   <= 2'd0;
+            have    <= 3'd0;
             w_valid <= 1'b0;
             flush   <= 1'b0;
         end
@@ -137,17 +140,18 @@ module gs_axi_block_writer #(
     // AW: aw_left beats from aw_line; behind a block aw_line is where the next one goes
     reg               aw_valid;
     reg  [LINE_W-1:0] aw_line;
-    reg  [7:0]        aw_left;
+    reg  [8:0]        aw_left;
     wire [9:0]        aw_room  = 10'd512 - {1'b0, aw_line[8:0]};
-    wire              aw_final = {2'd0, aw_left} <= aw_room;
-    wire [7:0]        aw_beats = aw_final ? aw_left : aw_room[7:0];
-    wire [LINE_W-1:0] aw_next  = aw_line + {{LINE_W-8{1'b0}}, aw_beats};
-    wire [10:0]       beats    = {2'd0, blk_len} + {1'b0, blk_len, 1'b0} + 11'd3;       // times 4, rounded up
+    wire              aw_final = {1'b0, aw_left} <= aw_room;
+    wire [8:0]        aw_beats = aw_final ? aw_left : aw_room[8:0];
+    wire [8:0]        aw_len   = aw_beats - 9'd1;
+    wire [LINE_W-1:0] aw_next  = aw_line + {{LINE_W-9{1'b0}}, aw_beats};
+    wire [12:0]       bytes    = {4'd0, blk_len} * ENTRY_SIZE + 13'd7;  // rounded up to beats
 
     assign aw_free       = !aw_valid || (m_axi_awready && aw_final);
     assign m_axi_awvalid = aw_valid;
     assign m_axi_awaddr  = {aw_line, 3'd0};
-    assign m_axi_awlen   = aw_beats - 8'd1;
+    assign m_axi_awlen   = aw_len[7:0];
     assign m_axi_awsize  = 3'd3;
     assign m_axi_awburst = 2'b01;
 
@@ -159,7 +163,7 @@ module gs_axi_block_writer #(
         end
         if (open && !empty) begin
             aw_valid <= 1'b1;
-            aw_left  <= beats[9:2];
+            aw_left  <= bytes[11:3];
         end
         if (start) aw_line <= cmd_addr[ADDR_W-1:3];
         if (rst) aw_valid <= 1'b0;
@@ -168,7 +172,7 @@ module gs_axi_block_writer #(
     // The list's end goes to the answers with its last W beat, or alone behind a block of length 0
     reg  [N_W-1:0] count;
     wire [N_W-1:0] count_d = (start ? {N_W{1'b0}} : count) + {{N_W-1{1'b0}}, entry};
-    wire           fin_now = take && close && blk_last && (empty || phase == 2'd3);
+    wire           fin_now = take && close && blk_last && (empty || even);
 
     always @(posedge clk) if (take) count <= count_d;
 
@@ -192,7 +196,7 @@ module gs_axi_block_writer #(
         .error(error)
     );
 
-    wire unused_ok = &{1'b0, cmd_addr[2:0], beats[10], beats[1:0], aw_room[9:8]};
+    wire unused_ok = &{1'b0, cmd_addr[2:0], bytes, aw_room[9], aw_len[8]};
 
 endmodule
 

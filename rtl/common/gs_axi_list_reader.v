@@ -4,13 +4,14 @@
 //   cycle; the end beat is in cycle 2 when n is 0. The next cmd is taken once the end beat has been taken.
 //   m_axi_rready sees list_ready combinationally.
 //
-//   Four entries lie in three beats: each of the first three closes with its own beat, the fourth is what is left.
+//   Entries lie in memory in whole bytes, packed: what is left of a beat waits for the next one, and an entry that is
+//   all there needs none.
 
 `default_nettype none
 `include "gs_params.vh"
 
 module gs_axi_list_reader #(
-    parameter ENTRY_W = `GS_ENTRY_W,    // 48: three quarters of a beat
+    parameter ENTRY_W = `GS_ENTRY_W,
     parameter ADDR_W  = 32,
     parameter N_W     = 24
 ) (
@@ -47,10 +48,13 @@ module gs_axi_list_reader #(
 );
 
     localparam LINE_W = ADDR_W - 3;             // an address in beats
+    localparam BYTES  = (ENTRY_W + 7) / 8;      // of an entry in memory
+    localparam SIZE_W = N_W + 4;                // a table in bytes
+    localparam [3:0] ENTRY_STEP = BYTES[3:0];
 
     generate
-        if (ENTRY_W != 48) begin : g_illegal
-            ENTRY_W_must_be_48 bad ();
+        if (ENTRY_W > 64) begin : g_illegal
+            ENTRY_W_must_be_64_at_most bad ();
         end
     endgenerate
 
@@ -60,7 +64,10 @@ module gs_axi_list_reader #(
     reg  [LINE_W-1:0] ar_line;
     reg  [N_W-1:0]    ar_left;
     wire              cmd_go    = cmd_valid && cmd_ready;
-    wire [N_W+1:0]    cmd_beats = {2'd0, cmd_n} + {1'b0, cmd_n, 1'b0} + {{N_W{1'b0}}, 2'd3};    // times 4, rounded up
+    wire [SIZE_W-1:0] cmd_wide  = {4'd0, cmd_n};
+    wire [SIZE_W-1:0] cmd_bytes = (cmd_wide & {SIZE_W{ENTRY_STEP[0]}}) + (cmd_wide << 1 & {SIZE_W{ENTRY_STEP[1]}})
+                                + (cmd_wide << 2 & {SIZE_W{ENTRY_STEP[2]}}) + (cmd_wide << 3 & {SIZE_W{ENTRY_STEP[3]}})
+                                + {{SIZE_W-3{1'b0}}, 3'd7};             // rounded up to beats
     wire [8:0]        ar_room   = 9'd256 - {1'b0, ar_line[7:0]};
     wire              ar_final  = ar_left <= {{N_W-9{1'b0}}, ar_room};
     wire [8:0]        ar_beats  = ar_final ? ar_left[8:0] : ar_room;
@@ -77,7 +84,7 @@ module gs_axi_list_reader #(
         if (cmd_go) begin
             ar_valid <= cmd_n != {N_W{1'b0}};
             ar_line  <= cmd_addr[ADDR_W-1:3];
-            ar_left  <= cmd_beats[N_W+1:2];
+            ar_left  <= cmd_bytes[N_W+2:3];
         end else if (ar_valid && m_axi_arready) begin
             ar_valid <= !ar_final;
             ar_line  <= ar_line + {{LINE_W-9{1'b0}}, ar_beats};
@@ -86,21 +93,18 @@ module gs_axi_list_reader #(
         if (rst) ar_valid <= 1'b0;
     end
 
-    // Entries: `left` are still to be sent; `phase` is the place in the group of four; rest holds a beat's upper part
+    // Entries: `left` are still to be sent; rest holds `have` bytes of beats, and zeros above them
     reg  [N_W-1:0]     left;
-    reg  [1:0]         phase;
-    reg  [ENTRY_W-1:0] rest;
+    reg  [2:0]         have;
+    reg  [55:0]        rest;
     reg                out_valid;
     reg                out_last;
     reg  [ENTRY_W-1:0] out_entry;
     wire               at_end  = left == {N_W{1'b0}};
-    wire               no_beat = at_end || phase == 2'd3;
+    wire               no_beat = at_end || {1'b0, have} >= ENTRY_STEP;
     wire               out_go  = list_ready || !out_valid;
     wire               step    = busy && out_go && (no_beat || m_axi_rvalid);
-    wire [ENTRY_W-1:0] entry   = phase == 2'd0 ? m_axi_rdata[47:0]
-                               : phase == 2'd1 ? {m_axi_rdata[31:0], rest[15:0]}
-                               : phase == 2'd2 ? {m_axi_rdata[15:0], rest[31:0]}
-                               :                 rest;
+    wire [119:0]       joined  = {64'd0, rest} | ({56'd0, m_axi_rdata & {64{!no_beat}}} << {have, 3'd0});
 
     assign m_axi_rready = busy && out_go && !no_beat;
     assign list_valid   = out_valid;
@@ -111,17 +115,16 @@ module gs_axi_list_reader #(
         if (cmd_go) begin
             busy  <= 1'b1;
             left  <= cmd_n;
-            phase <= 2'd0;
+            have  <= 3'd0;
+            rest  <= 56'd0;
         end else if (step) begin
             busy  <= !at_end;
             left  <= left - 1'b1;
-            phase <= phase + 2'd1;
+            have  <= have - ENTRY_STEP[2:0];    // modulo 8: with a beat or without one
+            rest  <= joined[8*BYTES +: 56];
         end
         if (step) begin
-            rest <= phase == 2'd0 ? {32'd0, m_axi_rdata[63:48]}
-                  : phase == 2'd1 ? {16'd0, m_axi_rdata[63:32]}
-                  :                 m_axi_rdata[63:16];
-            out_entry <= entry;
+            out_entry <= joined[ENTRY_W-1:0];
             out_last  <= at_end;
         end
         if (out_go) out_valid <= step;
@@ -138,7 +141,7 @@ module gs_axi_list_reader #(
         if (rst) failed <= 1'b0;
     end
 
-    wire unused_ok = &{1'b0, cmd_addr[2:0], cmd_beats[1:0], ar_len[8], m_axi_rlast, m_axi_rresp[0]};
+    wire unused_ok = &{1'b0, cmd_addr[2:0], cmd_bytes, ar_len[8], joined, m_axi_rlast, m_axi_rresp[0]};
 
 endmodule
 

@@ -59,7 +59,8 @@ module gs_power_unit #(
     localparam E_W       = BIAS_W + 1;
     localparam E_DROP    = 2*DIST_F - POWER_F;
     localparam P_W       = POWER_F + 4;
-    localparam [BIAS_W-1:0] HALF = 1 << (E_DROP - 1);
+    localparam [BIAS_W-1:0]    HALF      = 1 << (E_DROP - 1);
+    localparam [DIST_DROP-1:0] DIST_HALF = 1 << (DIST_DROP - 1);
 
     generate
         if (LANES != 16) begin : g_rule
@@ -86,7 +87,7 @@ module gs_power_unit #(
         reg   [DIST_W:0] rounded;
         begin
             flipped  = x[U_W-2:0] ^ {U_W-1{x[U_W-1]}};
-            carry    = flipped[DIST_DROP-1] || (x[U_W-1] && &flipped[DIST_DROP-2:0]);
+            carry    = flipped[DIST_DROP-1] || (x[U_W-1] && &(flipped[DIST_DROP-1:0] | DIST_HALF));
             rounded  = {1'b0, flipped[DIST_DROP +: DIST_W]} + {{DIST_W{1'b0}}, carry};
             distance = rounded[DIST_W-1:0] | {DIST_W{rounded[DIST_W] || |flipped[U_W-2:DIST_DROP+DIST_W]}};
         end

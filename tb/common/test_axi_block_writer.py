@@ -4,7 +4,7 @@ import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
 
-from golden import dma, records
+from golden import dma, params, records
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
@@ -31,8 +31,8 @@ def lists(*names, lengths=LENGTHS):
     random = np.random.default_rng(rng(*names).getrandbits(32))
     result, at = [], 64
     for n in lengths:
-        result.append((at, random.integers(0, 1 << 48, n)))
-        at += -(-6 * n // 64) * 64 + 64
+        result.append((at, random.integers(0, 1 << params.ENTRY_W, n)))
+        at += -(-params.ENTRY_BYTES * n // 64) * 64 + 64
     assert at < SIZE
     return result
 
@@ -54,7 +54,7 @@ def image(items) -> bytearray:
     memory = bytearray(b"\xa5" * SIZE)
     for at, words in items:
         memory[at : at + 8 * dma.beats(len(words))] = bytes(8 * dma.beats(len(words)))
-        memory[at : at + 6 * len(words)] = records.entry_bytes(words).tobytes()
+        memory[at : at + params.ENTRY_BYTES * len(words)] = records.entry_bytes(words).tobytes()
     return memory
 
 
@@ -62,7 +62,8 @@ def done(taken, at: int, n: int, write: int) -> int:
     """Cycle of the done of a list of n entries at an address, whose beats are taken in these cycles."""
     ports = dma.new_ports()
     for first in range(0, n, 256):
-        dma.write_block(taken[first], min(256, n - first), at + 6 * first, dma.PIXEL, ports, dma.Latency(write=write))
+        place = at + params.ENTRY_BYTES * first
+        dma.write_block(taken[first], min(256, n - first), place, dma.PIXEL, ports, dma.Latency(write=write))
     return dma.written(taken[-1], dma.PIXEL, ports)
 
 
@@ -129,7 +130,8 @@ async def test_done_waits_for_the_last_response(dut):
         source.send(blocks(words))
     await sink.wait(len(items))
     assert len(port.b) == len(port.aw) and [beat for (beat,) in sink.beats] == [3, 512, 0, 9]
-    ends = [sum(address < at + 2 * 8192 and address <= at + 6 * len(w) for _, address, _ in port.aw) for at, w in items]
+    bursts = [address for _, address, _ in port.aw]
+    ends = [sum(address <= at + params.ENTRY_BYTES * len(w) for address in bursts) for at, w in items]
     for cycle, count in zip(sink.cycles, ends, strict=True):
         assert cycle > (port.b[count - 1] if count else 0)
 

@@ -3,7 +3,7 @@
 import cocotb
 import numpy as np
 
-from golden import dma, records
+from golden import dma, params, records
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
@@ -19,10 +19,11 @@ def tables(*names) -> tuple[bytearray, list[tuple[int, np.ndarray]]]:
     memory = bytearray(random.integers(0, 256, SIZE, np.uint8).tobytes())
     result, at = [], 4096 - 64
     for n in LENGTHS:
-        words = random.integers(0, 1 << 48, n)
-        memory[at : at + 6 * n] = records.entry_bytes(words).tobytes()
+        words = random.integers(0, 1 << params.ENTRY_W, n)
+        data = records.entry_bytes(words).tobytes()
+        memory[at : at + len(data)] = data
         result.append((at, words))
-        at += -(-6 * n // 64) * 64 + 64 * int(random.integers(0, 3))
+        at += -(-len(data) // 64) * 64 + 64 * int(random.integers(0, 3))
         if random.random() < 0.3:
             at = (at | 4095) + 1 - 8 * int(random.integers(0, 4))
     assert at < SIZE

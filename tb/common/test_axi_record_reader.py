@@ -1,4 +1,4 @@
-"""gs_axi_record_reader: each index brings its record, in order, one every three cycles."""
+"""gs_axi_record_reader: each index brings its record, in order, one every RECORD_BEATS cycles."""
 
 import cocotb
 import numpy as np

@@ -5,7 +5,7 @@ from itertools import pairwise
 import cocotb
 import numpy as np
 
-from golden import dma, records
+from golden import dma, params, records
 from golden.raster_core import raster_lane
 from golden.raster_core.raster_core import rasterise
 from tb.lib.axi import AxiMemory
@@ -40,7 +40,8 @@ async def run(
     features = scene(COUNT, WIDTH, HEIGHT, seed=seed)
     memory = bytearray(SIZE)
     for index, word in enumerate(record_words(features)):
-        memory[24 * index : 24 * index + 24] = word.to_bytes(24, "little")
+        at = params.RECORD_BYTES * index
+        memory[at : at + params.RECORD_BYTES] = word.to_bytes(params.RECORD_BYTES, "little")
     ports = [
         AxiMemory(
             dut, f"m_axi_{name}", memory, latency.read, latency.write, stall=stall,
