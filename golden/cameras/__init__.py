@@ -104,8 +104,14 @@ def default_view(scene: Gaussians) -> View:
     if not len(seen):
         return (0.0, 0.0, -3.0), (0.0, 0.0, 0.0), up, 60.0
     centre = np.median(seen, axis=0)
-    distance = np.linalg.norm(seen - centre, axis=1)
-    half, most, far = np.percentile(distance, [50, 90, 99])
+    with np.errstate(over="ignore", invalid="ignore"):
+        distance = np.linalg.norm(seen - centre, axis=1)
+        half, most, far = np.percentile(distance, [50, 90, 99])
+    if not np.isfinite(far):
+        raise InputError(
+            f"{scene.source or scene.name}: positions reach {np.abs(seen).max():.3g}, too far for a view of its own;"
+            " --camera is needed"
+        )
     ahead = np.array([0.0, 0.0, 1.0])
     if far > INSIDE * half:
         eye, at = centre, centre + ahead * max(half, 1e-6)

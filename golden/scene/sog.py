@@ -46,6 +46,9 @@ def read_zip(path: Path, source: str) -> gaussians.Gaussians:
                 raise InputError(f"{path}: the zip holds no meta.json, found {one_line(', '.join(infos) or 'nothing')}")
             base = metas[0].removesuffix("meta.json")
             total = sum(i.file_size for i in infos.values())
+            most = max(i.compress_size for i in infos.values())
+            if most > size:  # zipfile would ask for a buffer of that many
+                raise InputError(f"{path}: {size} bytes claim to hold a packed file of {most}")
             if total > ZIP_FLOOR + ZIP_RATIO * size:
                 raise InputError(
                     f"{path}: {size} bytes claim to unpack to {total}, more than {ZIP_RATIO} times as many"
@@ -79,10 +82,7 @@ def read_streamed(meta: Path, level: int, name: str, source: str) -> gaussians.G
         raise InputError(f"{where}: the tree lists no chunk of level {level}")
     parts = []
     for index in sorted(expected):
-        chunk = chunk_path(meta.parent, files[index], where)
-        if not chunk.exists():
-            raise InputError(f"{where}: names {files[index]} for level {level}, there is no {chunk}")
-        part = read_folder(chunk, name, source)
+        part = read_folder(chunk_path(meta.parent, files[index], where), name, source)
         rows = len(part) + sum(v for k, v in part.counters.items() if k.startswith("rejected_"))
         if rows != expected[index]:
             raise InputError(f"{where}: lists {expected[index]} Gaussians in {files[index]}, which holds {rows}")

@@ -30,6 +30,7 @@ SPZ_COLOUR = 0.15
 FLAG_ANTIALIAS, FLAG_EXTENSIONS = 1, 2
 
 
+@np.errstate(invalid="ignore")  # a signalling NaN is not finite and its row dropped
 def read_splat(path: Path, source: str) -> gaussians.Gaussians:
     data = read_bytes(path)
     rows, over = divmod(len(data), SPLAT_ROW.itemsize)
