@@ -22,6 +22,7 @@ from golden.settings import Settings
 from golden.sorting_core import sorting_core
 from golden.tables import Lists
 
+TILE_COUNTERS = ("full_frames", "full_tiles", "overfull_tiles", "rebuilt_tiles", "damaged_tiles", "overflow")
 SORTINGS = "reuse, full, hierarchical, periodic:K, background:D, shuffled:SEED"
 
 
@@ -128,13 +129,13 @@ class Renderer:
         table = none if anew else self.written
         if self.late:
             table = tables.group_keys(table)
-        new = tables.arrivals(pairs, table)
+        new, damaged = tables.arrivals(pairs, table, len(self.gaussians))
         if not anew and (self._turned(camera) or new.words.size > settings.cut_share * max(int(now.sum()), 1)):
             anew, table = True, none
-            new = tables.arrivals(pairs, table)
+            new, damaged = tables.arrivals(pairs, table, len(self.gaussians))
         overfull = table.lengths + new.lengths > settings.capacity
         rebuilt = (table.lengths > 0) & (new.lengths > settings.rebuild_limit(self.late) * now) & ~overfull
-        table = table.without(overfull | rebuilt)
+        table = table.without(overfull | rebuilt | damaged)
         keys = features.key, self._keys(features)
         incoming, overflow = tables.incoming(pairs, new, table.lengths == 0, keys, settings.capacity)
         counters = {
@@ -142,6 +143,7 @@ class Renderer:
             "full_tiles": int(np.count_nonzero((table.lengths == 0) & (incoming.lengths > 0))),
             "overfull_tiles": int(np.count_nonzero(overfull)),
             "rebuilt_tiles": int(np.count_nonzero(rebuilt)),
+            "damaged_tiles": int(np.count_nonzero(damaged)),
             "overflow": overflow,
         }
         return table, incoming, counters
@@ -151,7 +153,7 @@ class Renderer:
         if self.sorting == "periodic" and not anew and self.age < self.interval:
             self.age += 1
             order = self.sorted[-1]
-            counters = dict.fromkeys(("full_frames", "full_tiles", "overfull_tiles", "rebuilt_tiles", "overflow"), 0)
+            counters = dict.fromkeys(TILE_COUNTERS, 0)
             return "frozen", order, Lists.empty(len(order.offsets) - 1), order, order, counters
         kept = self.sorting in ("reuse", "hierarchical")
         table, incoming, counters = self._lists(camera, features, pairs, anew or not kept)

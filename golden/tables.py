@@ -81,22 +81,36 @@ def _difference(now, members, out):
     return n
 
 
+@numba.njit(cache=True)
+def _damaged(members, n):
+    """Do indices, ascending, hold one twice or one that is not below n?"""
+    for k in range(1, len(members)):
+        if members[k] == members[k - 1]:
+            return True
+    return len(members) > 0 and members[-1] >= n
+
+
 @numba.njit(cache=True, parallel=True)
-def _arrivals(now_offsets, now, offsets, words, out, counts):
+def _arrivals(now_offsets, now, offsets, words, n, out, counts, damaged):
     for t in numba.prange(len(counts)):
         members = words[offsets[t] : offsets[t + 1]]
         members = np.sort(members[members < INVALID] & records.INDEX_MASK)
+        damaged[t] = _damaged(members, n)
         here = now[now_offsets[t] : now_offsets[t + 1]]
         counts[t] = _difference(here, members, out[now_offsets[t] : now_offsets[t + 1]])
 
 
-def arrivals(pairs: Pairs, table: Lists) -> Lists:
-    """Indices, ascending, that touch a tile now and are not among the valid entries of its table."""
+def arrivals(pairs: Pairs, table: Lists, n: int) -> tuple[Lists, np.ndarray]:
+    """(indices, ascending, that touch a tile now and are not among the valid entries of its table; bool [T] damaged).
+
+    A table is damaged when its valid entries name a Gaussian twice or one that is not below n.
+    """
     counts = np.empty(len(table.offsets) - 1, np.int64)
+    damaged = np.empty(len(counts), np.bool_)
     out = np.empty(len(pairs.index), np.int64)
     with numba.parallel_chunksize(1):
-        _arrivals(pairs.tile_offsets, pairs.index, table.offsets, table.words, out, counts)
-    return _close_up(pairs.tile_offsets[:-1], counts, out)
+        _arrivals(pairs.tile_offsets, pairs.index, table.offsets, table.words, n, out, counts, damaged)
+    return _close_up(pairs.tile_offsets[:-1], counts, out), damaged
 
 
 def incoming(pairs: Pairs, new: Lists, scratch: np.ndarray, keys, capacity: int) -> tuple[Lists, int]:
