@@ -29,6 +29,7 @@ def _arguments(argv: list[str]) -> list[str]:
 
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
+    from golden.hard_cases import command as hard_cases
     from golden.job import add_common
     from golden.report import reproduce
     from golden.timing import traces
@@ -55,6 +56,8 @@ def parser() -> argparse.ArgumentParser:
     traces.add_arguments(export)
     figures = commands.add_parser("reproduce", help="the paper's figures and tables beside ours")
     reproduce.add_arguments(figures)
+    cases = commands.add_parser("hard-cases", help="what breaks naive designs, by name: figures beside bounds")
+    hard_cases.add_arguments(cases)
     return top
 
 
@@ -63,7 +66,7 @@ def run(argv: list[str]) -> int:
     args = parser().parse_args(_arguments(argv))
     from golden import commands
 
-    return getattr(commands, args.command)(args)
+    return getattr(commands, args.command.replace("-", "_"))(args)
 
 
 def main() -> None:

@@ -182,3 +182,12 @@ def reproduce(args: argparse.Namespace) -> int:
     with _progress() as progress:
         task = progress.add_task("reproduce")
         return figures.reproduce(args, lambda done, total: progress.update(task, completed=done, total=total))
+
+
+def hard_cases(args: argparse.Namespace) -> int:
+    """`splatcore hard-cases`: the cases that break naive designs, figures beside bounds; status 1 when one fails."""
+    from golden.hard_cases import command
+
+    with _progress() as progress:
+        task = progress.add_task("hard cases")
+        return command.run(args, lambda done, total: progress.update(task, completed=done, total=total))

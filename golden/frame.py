@@ -194,6 +194,8 @@ class Renderer:
         counters["outgoing"] = int(np.count_nonzero(table.words & INVALID))
         counters["pairs"] = int(raster.pairs.sum())
         counters["blends"] = int(raster.blends.sum())
+        # pixels of the pairs that need no exponential: below the cut, done, or outside the picture
+        counters["exp_skipped"] = counters["pairs"] * params.SUBTILE**2 - counters["blends"]
         counters["colours_reused"] = int(np.count_nonzero(features.visible & ~coloured))
         self.number += 1
         self.camera = camera

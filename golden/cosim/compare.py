@@ -9,6 +9,7 @@ import numpy as np
 from rich.progress import Progress
 
 from golden import dma, params
+from golden.cameras.camera import Camera
 from golden.cosim.model import Slice, SliceFrame
 from golden.frame import Frame, Lists, Renderer, tiles_of
 from golden.job import Job
@@ -26,6 +27,7 @@ class Result:
     cycles: dict
     mismatches: int
     difference: str | None  # the first one: unit, tile, entry or pixel, both values
+    frame: Frame  # the golden model's
 
     def line(self, number: int, quality: dict | None) -> str:
         """What the terminal shows of a frame."""
@@ -89,11 +91,14 @@ def differences(rtl: SliceFrame, frame: Frame, expected: SliceTimes) -> tuple[in
 
 
 class Cosim:
-    """The RTL's slice and the golden model, frame after frame; each keeps its own tables."""
+    """The RTL's slice and the golden model, frame after frame; each keeps its own tables.
 
-    def __init__(self, job: Job, sorting: str, progress: Progress, seed: int = 0):
+    renderer: the golden model's, of the job's scene where none is given.
+    """
+
+    def __init__(self, job: Job, sorting: str, progress: Progress, seed: int = 0, renderer: Renderer | None = None):
         self.job = job
-        self.renderer = Renderer(job.gaussians, job.settings, sorting)
+        self.renderer = renderer or Renderer(job.gaussians, job.settings, sorting)
         keys = job.settings
         self.latency = dma.Latency(keys.read_latency, keys.write_latency, keys.answer_jitter, seed & 0xFFFFFF)
         self.slice = Slice(self.latency)
@@ -121,9 +126,12 @@ class Cosim:
 
     def frame(self, index: int) -> Result:
         """Render and compare the frame of camera `index`."""
-        camera = self.job.cameras[index]
+        return self.draw(self.job.cameras[index], index)
+
+    def draw(self, camera: Camera, index: int = 0, cut: bool = False) -> Result:
+        """Render and compare the next frame; index: for the progress, cut: as of Renderer.frame."""
         first = sorting_core.first_length(self.renderer.number)
-        frame = self.renderer.frame(camera)
+        frame = self.renderer.frame(camera, cut)
         table = self._table(frame) if self.tables else frame.table
         tiles = tiles_of(camera.width, camera.height)
         begin = time.perf_counter()
@@ -151,7 +159,7 @@ class Cosim:
         self.compared["cycles"] += rtl.cycles
         self.cycles += rtl.cycles
         image = (rtl.value * 2.0**-params.ACC_F).astype(np.float32)
-        return Result(image, frame.counters, _cycles(rtl), mismatches, difference)
+        return Result(image, frame.counters, _cycles(rtl), mismatches, difference, frame)
 
     def summary(self) -> str:
         """The last line: what was compared, and how fast the RTL ran."""
