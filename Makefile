@@ -6,9 +6,10 @@ USER   := .venv/.user
 DEV    := .venv/.dev
 PYTEST := $(BIN)/pytest -n 2
 SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build/sim
+STUDY  := "builtin:room?n=20000" --path orbit --frames 4 --size 384x256
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: help setup lint test test-fast formal sim bench params docs clean
+.PHONY: help setup lint test test-fast formal sim bench accuracy params docs clean
 .DELETE_ON_ERROR:
 
 help: ## print the targets
@@ -33,6 +34,9 @@ sim: $(USER) ## co-simulate eight small frames: golden model against the Verilat
 
 bench: $(USER) ## how fast the simulator is, as ratios; history in docs/bench.csv
 	$(BIN)/python -m tests.bench
+
+accuracy: $(USER) ## what each knob does to picture, time and bytes; writes docs/accuracy/room
+	$(BIN)/splatcore accuracy $(STUDY) -o build/accuracy --page docs/accuracy/room
 
 params: $(USER) ## write rtl/gs_params.vh from golden/params.py
 	$(BIN)/python -m golden.params

@@ -31,7 +31,7 @@ def parser() -> argparse.ArgumentParser:
     """The whole command line."""
     from golden.hard_cases import command as hard_cases
     from golden.job import add_common
-    from golden.report import reproduce
+    from golden.report import accuracy, reproduce
     from golden.timing import traces
     from golden.timing.hardware import HARDWARE
 
@@ -54,6 +54,8 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("--no-oracle", action="store_true", help="leave out the quality of each frame")
     export = commands.add_parser("export", help="traces for other simulators")
     traces.add_arguments(export)
+    study = commands.add_parser("accuracy", help="what each knob does to the picture, the time and the bytes")
+    accuracy.add_arguments(study)
     figures = commands.add_parser("reproduce", help="the paper's figures and tables beside ours")
     reproduce.add_arguments(figures)
     cases = commands.add_parser("hard-cases", help="what breaks naive designs, by name: figures beside bounds")

@@ -191,3 +191,12 @@ def hard_cases(args: argparse.Namespace) -> int:
     with _progress() as progress:
         task = progress.add_task("hard cases")
         return command.run(args, lambda done, total: progress.update(task, completed=done, total=total))
+
+
+def accuracy(args: argparse.Namespace) -> int:
+    """`splatcore accuracy`: the study of a scene."""
+    from golden.report import accuracy as study
+
+    with _progress() as progress:
+        task = progress.add_task("accuracy")
+        return study.accuracy(args, lambda done, total: progress.update(task, completed=done, total=total))

@@ -18,7 +18,7 @@ from golden.scene.gaussians import Gaussians
 from golden.settings import Settings, parse
 
 
-def add_common(parser: argparse.ArgumentParser) -> None:
+def add_common(parser: argparse.ArgumentParser, jobs: str = "threads (default: all cores)") -> None:
     """The options that every command with a scene and a path takes (design, section 7)."""
     parser.add_argument("scene", metavar="SCENE", help="file, folder, or builtin:NAME?n=..&seed=..")
     motion = parser.add_mutually_exclusive_group()
@@ -32,7 +32,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--effects", default="auto", help="auto; the effects planner is not there yet")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="see `splatcore info --keys`")
     parser.add_argument("--seed", type=int, default=0, help="of every random choice (default: 0)")
-    parser.add_argument("--jobs", type=int, default=0, metavar="N", help="threads (default: all cores)")
+    parser.add_argument("--jobs", type=int, default=0, metavar="N", help=jobs)
     parser.add_argument(
         "--sorting", metavar="STRATEGY", help=f"of the tables: {SORTINGS} (default: reuse; gscore, gpu: full)"
     )
