@@ -92,6 +92,19 @@ def test_rows_follow_the_runs():
         assert row.ours == pytest.approx(change * was)
 
 
+def test_the_summary_is_what_fig15_and_table2_say():
+    summary, fig15, table2 = (all_figures()[name].make(FULL, Made()) for name in ("summary", "fig15", "table2"))
+    found = {(r.scene, r.hardware, r.quantity): r.ours for r in summary}
+    for row in fig15:
+        if (row.quantity == paper.FPS or (row.hardware == "splatcore" and row.quantity == "speed-up over neo")) and (
+            row.size == "qhd"
+        ):
+            quantity = paper.FPS if row.quantity == paper.FPS else "fps over neo"
+            assert found[row.scene, row.hardware, quantity] == row.ours
+    worst = [row for row in table2 if row.quantity == "PSNR, dB, worst frame"]
+    assert len(worst) == 6 and all(found[row.scene, row.hardware, row.quantity] == row.ours for row in worst)
+
+
 def test_no_result_is_typed_in_outside_of_the_papers_own():
     theirs = {claim.value for claim in paper.CLAIMS if claim.value != int(claim.value)}
     for file in Path(reproduce.__file__).parent.rglob("*.py"):

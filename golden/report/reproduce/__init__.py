@@ -12,7 +12,7 @@ from golden.report.stats import Output, write_json
 
 NAMES = (
     "fig3", "fig4", "fig5", "fig6", "fig7", "fig10", "fig15", "fig16", "fig17a", "fig17b", "fig18", "fig19", "table2",
-    "beyond", "accounting",
+    "beyond", "accounting", "summary",
 )  # fmt: skip
 SYNTHESIS = ("table3", "table4")
 

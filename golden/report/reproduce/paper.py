@@ -127,6 +127,7 @@ WHY = {
     "costs at a typical PSNR of the paper's table; it comes from keys one frame old, so it follows the motion.",
     "beyond": "Not in the paper: what each option of this project changes on plain Neo, alone and all together.",
     "accounting": "The paper's public simulator charges nothing for these; each is switched off here in turn.",
+    "summary": "Not in the paper: the numbers that README quotes, so that one command makes them.",
 }
 
 

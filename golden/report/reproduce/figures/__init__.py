@@ -28,7 +28,7 @@ class Figure:
 
 def all_figures() -> dict[str, Figure]:
     """Name -> figure, in the paper's order, then our own."""
-    from golden.report.reproduce.figures import extra, quality, speed, temporal, traffic
+    from golden.report.reproduce.figures import extra, quality, speed, summary, temporal, traffic
 
     found = {figure.name: figure for module in (speed, traffic, temporal, quality) for figure in module.FIGURES}
     order = (
@@ -46,4 +46,7 @@ def all_figures() -> dict[str, Figure]:
         "fig19",
         "table2",
     )
-    return {**{name: found[name] for name in order}, **{figure.name: figure for figure in extra.FIGURES}}
+    return {
+        **{name: found[name] for name in order},
+        **{figure.name: figure for figure in (*extra.FIGURES, *summary.FIGURES)},
+    }
