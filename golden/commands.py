@@ -52,7 +52,7 @@ def info(args: argparse.Namespace) -> int:
         gaussians = scene.load(args.scene)
         table = Table("field", "value", show_header=False)
         table.add_row("Gaussians", f"{gaussians.means.shape[0]:,}")
-        table.add_row("SH degree", str(int(np.sqrt(gaussians.sh.shape[1])) - 1))
+        table.add_row("SH degree", str(gaussians.degree))
         table.add_row("opacity compensation", "yes" if gaussians.antialias else "no")
         if gaussians.means.size:
             for name, values in (

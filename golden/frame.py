@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from golden import params, tables
-from golden.cameras.camera import Camera
+from golden.cameras.camera import Camera, extrapolate
 from golden.errors import InputError
 from golden.preprocess import Features, Pairs, Projection, duplicate, encode, project
 from golden.preprocess.projection import depths
+from golden.raster_core import batch_buffer, late_buffer
 from golden.raster_core.raster_core import RasterResult, rasterise
 from golden.records import INVALID, depth_key
 from golden.scene.gaussians import Gaussians
@@ -35,7 +36,7 @@ class Frame:
     features: Features
     pairs: Pairs
     sorting: str  # what was done to the tables: reuse, full, hierarchical, frozen, background
-    first: int  # entries of a table's first chunk
+    firsts: tuple[int, ...]  # entries of a table's first chunk, in each pass over it
     table: Lists  # last frame's tables as the sorting cores read them; empty where a tile starts from scratch
     incoming: Lists  # ascending index
     merged: Lists  # what the raster core reads; with late sort nearly in order, otherwise it is `order`
@@ -83,17 +84,30 @@ class Renderer:
         self.settings = settings
         self.sorting, self.interval = parse_sorting(sorting)  # K, D or SEED
         self.late = late
-        if late and self.sorting != "reuse":
-            raise InputError(f"--sorting {sorting}: late sort goes with reuse only")
+        self.depth = settings.depth_rule(late)
+        rules = (
+            (f"--sorting {sorting}", late and self.sorting != "reuse", "late sort goes with reuse only"),
+            (f"--set depth={self.depth}", late and self.depth in ("fresh", "predicted"), "late sort has fresh keys"),
+            (f"--set passes={settings.passes}", late and settings.passes > 1, "late sort has one pass"),
+            (
+                f"--set passes={settings.passes}",
+                settings.passes > 1 and self.sorting != "reuse",
+                f"goes with --sorting reuse, not {sorting}",
+            ),
+        )
+        for what, broken, why in rules:
+            if broken:
+                raise InputError(f"{what}: {why}")
         self.number = 0  # frames rendered: chooses the chunk boundaries
         self.camera: Camera | None = None  # of the last frame
+        self.view: Camera | None = None  # that the keys of the tables belong to, where incoming ones follow them
         self.written: Lists | None = None  # by the last frame's raster core
         self.last: Features | None = None  # of the last frame, where colours are kept
         self.sorted: deque[Lists] = deque(maxlen=self.interval + 1)  # periodic, background: the last full sorts
         self.age = 0  # periodic: frames since the last full sort
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
-        projection = project(self.gaussians, camera, self.settings.antialias_mode())
+        projection = project(self.gaussians, camera, self.settings.antialias_mode(), self.settings.sh_degree)
         features = encode(projection)
         return projection, features, duplicate(features, camera.width, camera.height)
 
@@ -111,11 +125,17 @@ class Renderer:
             self.last = features
         return features, coloured
 
-    def _keys(self, features: Features) -> np.ndarray:
-        """[N] keys of incoming entries where a table is reused."""
-        if self.settings.consistent(self.late) and self.camera:
-            return depth_key(depths(self.gaussians, self.camera)).astype(np.int32)
-        return features.key
+    def _keys(self, view: Camera) -> np.ndarray:
+        """[N] int32 keys of all Gaussians as a camera sees them."""
+        return depth_key(depths(self.gaussians, view)).astype(np.int32)
+
+    def _written_keys(self, camera: Camera, features: Features, anew: bool) -> np.ndarray:
+        """[N] keys that the raster core writes back; sets `view`. anew: the camera did not come from the last one."""
+        self.view = camera if self.depth == "consistent" else None
+        if self.depth != "predicted":
+            return features.key
+        self.view = camera if anew or self.camera is None else extrapolate(self.camera, camera)
+        return self._keys(self.view)
 
     def _turned(self, camera: Camera) -> bool:
         """Did the optical axis turn by more than `cut_angle` since the last frame?"""
@@ -136,7 +156,9 @@ class Renderer:
         overfull = table.lengths + new.lengths > settings.capacity
         rebuilt = (table.lengths > 0) & (new.lengths > settings.rebuild_limit(self.late) * now) & ~overfull
         table = table.without(overfull | rebuilt | damaged)
-        keys = features.key, self._keys(features)
+        if self.depth == "fresh":
+            table = tables.renewed(table, features.key)
+        keys = features.key, self._keys(self.view) if self.view else features.key
         incoming, overflow = tables.incoming(pairs, new, table.lengths == 0, keys, settings.capacity)
         counters = {
             "full_frames": int(anew),
@@ -148,7 +170,7 @@ class Renderer:
         }
         return table, incoming, counters
 
-    def _sort(self, camera: Camera, features: Features, pairs: Pairs, anew: bool, first: int):
+    def _sort(self, camera: Camera, features: Features, pairs: Pairs, anew: bool, firsts: tuple[int, ...]):
         """(sorting, table, incoming, merged, order, counters) of Frame."""
         if self.sorting == "periodic" and not anew and self.age < self.interval:
             self.age += 1
@@ -158,9 +180,12 @@ class Renderer:
         kept = self.sorting in ("reuse", "hierarchical")
         table, incoming, counters = self._lists(camera, features, pairs, anew or not kept)
         how = tables.AS_IT_IS if self.late else (tables.CHUNKS if self.sorting == "reuse" else tables.WHOLE)
-        order = merged = tables.sort(table, incoming, first, how)
+        chunk, repaired = self.settings.chunk, table
+        for first in firsts[:-1]:
+            repaired = tables.sort(repaired, Lists.empty(len(table.offsets) - 1), first, how, chunk)
+        order = merged = tables.sort(repaired, incoming, firsts[-1], how, chunk)
         if self.late:
-            order = tables.late_sort(merged, features.key, first)
+            order = tables.late_sort(merged, features.key, firsts[-1], chunk)
         if self.sorting == "shuffled":
             order = merged = tables.shuffle(order, (self.interval, self.number))
         self.age = 1
@@ -172,25 +197,35 @@ class Renderer:
             return "background", table, incoming, self.sorted[0], self.sorted[0], counters
         return "full" if counters["full_frames"] else self.sorting, table, incoming, merged, order, counters
 
+    def _firsts(self) -> tuple[int, ...]:
+        """Entries of the first chunk in each of this frame's passes: borders alternate from pass to pass."""
+        passes, chunk = self.settings.passes, self.settings.chunk
+        return tuple(sorting_core.first_length(self.number * passes + k, chunk) for k in range(passes))
+
     def frame(self, camera: Camera, cut: bool = False) -> Frame:
         """Render one frame; `cut` declares that nothing of the last frame is to be used."""
         anew = cut or self.camera is None or (camera.width, camera.height) != (self.camera.width, self.camera.height)
         projection, features, pairs = self.preprocess(camera)
         features, coloured = self._colours(features, anew or self._turned(camera))
-        first = sorting_core.first_length(self.number)
-        sorting, table, incoming, merged, order, counters = self._sort(camera, features, pairs, anew, first)
+        firsts = self._firsts()
+        sorting, table, incoming, merged, order, counters = self._sort(camera, features, pairs, anew, firsts)
+        written = self._written_keys(camera, features, counters["full_frames"] > 0)
+        banks = late_buffer.BANKS if self.late else batch_buffer.BANKS
         raster = rasterise(
             (order.offsets, order.words),
-            features,
+            replace(features, key=written),
             tiles_of(camera.width, camera.height),
             camera.width,
             camera.height,
             self.settings.background_codes(),
-            first if self.late else params.CHUNK,
+            *((firsts[-1], self.settings.chunk) if self.late else (params.CHUNK, params.CHUNK)),
+            ahead=0 if self.settings.refreshes(self.number) else banks,
+            kept=merged.words,
         )
         counters = {**self.gaussians.counters, **projection.counters, **features.counters, **counters}
         counters["entries"] = order.words.size
         counters["incoming"] = incoming.words.size
+        counters["stale_entries"] = order.words.size - int(raster.fetched.sum())
         counters["outgoing"] = int(np.count_nonzero(table.words & INVALID))
         counters["pairs"] = int(raster.pairs.sum())
         counters["blends"] = int(raster.blends.sum())
@@ -201,6 +236,6 @@ class Renderer:
         self.camera = camera
         self.written = Lists(order.offsets, raster.words_out)
         return Frame(
-            camera, projection, features, pairs, sorting, first,
+            camera, projection, features, pairs, sorting, firsts,
             table, incoming, merged, order, raster, coloured, counters,
         )  # fmt: skip

@@ -6,6 +6,15 @@ from dataclasses import dataclass
 
 from golden import keys, params
 from golden.keys import between, key, one_of
+from golden.preprocess.colour import DEGREE_MAX
+
+CHUNKS = (64, 128, 256, 512, 1024)
+
+
+def _every(text: str) -> int:
+    """K of "every:K"; 0 where it is none."""
+    number = text.removeprefix("every:")
+    return int(number) if number != text and number.isascii() and number.isdigit() else 0
 
 
 def _colour(text: str) -> bool:
@@ -38,10 +47,23 @@ class Settings:
         lambda text: text == "auto" or 0 <= float(text) <= 1,
     )  # fmt: skip
     depth: str = key(
-        "auto", "", "auto|deferred|consistent",
-        "camera of incoming keys: this frame's, the last; auto: consistent with late",
-        one_of("auto", "deferred", "consistent"),
+        "auto", "", "auto|deferred|consistent|fresh|predicted",
+        "keys of a reused table: the last frame's, incoming ones this frame's (deferred) or the last one's too "
+        "(consistent); this frame's, by a pass of its own (fresh); as predicted in the last frame (predicted). "
+        "auto: consistent with late sort, else deferred",
+        one_of("auto", "deferred", "consistent", "fresh", "predicted"),
     )  # fmt: skip
+    passes: int = key(1, "passes", "1..4", "over a reused table in a frame, chunk by chunk", between(1, 4))
+    chunk: int = key(params.CHUNK, "entries", "64|128|256|512|1024", "sorted on chip at once", one_of(*CHUNKS))
+    refresh: str = key(
+        "all", "", "all|none|every:K",
+        "entries behind the point where every pixel of a tile is done: fetched and updated in all frames, in none, in "
+        "every K-th",
+        lambda text: text in ("all", "none") or _every(text) > 0,
+    )  # fmt: skip
+    sh_degree: int = key(
+        DEGREE_MAX, "", "0..3", "harmonics above it are neither read nor evaluated", between(0, DEGREE_MAX)
+    )
     colour_every: int = key(
         1, "frames", "1..1024", "approximate: the colour of a Gaussian in sight is kept that long", between(1, 1024)
     )
@@ -80,9 +102,15 @@ class Settings:
             return 0.5 if late else 1.0
         return float(self.rebuild_share)
 
-    def consistent(self, late: bool) -> bool:
-        """Do incoming entries have the keys of the last camera, as those of the table?"""
-        return late if self.depth == "auto" else self.depth == "consistent"
+    def depth_rule(self, late: bool) -> str:
+        """depth: deferred, consistent, fresh or predicted."""
+        if self.depth == "auto":
+            return "consistent" if late else "deferred"
+        return self.depth
+
+    def refreshes(self, number: int) -> bool:
+        """Are all entries updated in frame `number`, counted from 0?"""
+        return self.refresh == "all" or (self.refresh != "none" and number % _every(self.refresh) == 0)
 
 
 def parse(pairs: list[str]) -> Settings:

@@ -108,12 +108,13 @@ def frame_times(
 
 
 @numba.njit(cache=True)
-def _jobs(table_at, table, in_at, incoming, first, lists, latency, cycles, lengths, out):
+def _jobs(table_at, table, in_at, incoming, firsts, lists, latency, chunk, cycles, lengths, out):
     ports = dma.new_ports()
     for t in range(len(cycles)):
         a = table[table_at[t] : table_at[t + 1]]
         b = incoming[in_at[t] : in_at[t + 1]]
-        cycles[t], words = sort_lane.run_job(a, b, first, lists[t], t % params.SORT_CORES, latency, ports)
+        core = t % params.SORT_CORES
+        cycles[t], words = sort_lane.run_job(a, b, firsts, lists[t], core, latency, ports, chunk)
         lengths[t] = len(words)
         start = table_at[t] + in_at[t]
         out[start : start + len(words)] = words
@@ -122,15 +123,20 @@ def _jobs(table_at, table, in_at, incoming, first, lists, latency, cycles, lengt
 def sort_jobs(
     table: tuple[np.ndarray, np.ndarray],
     incoming: tuple[np.ndarray, np.ndarray],
-    first: int = params.CHUNK,
+    first: int | tuple[int, ...] = params.CHUNK,
     latency: dma.Latency = dma.LATENCY,
     places: Places | None = None,
+    chunk: int = params.CHUNK,
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """(cycles int64[T], new tables) of all tiles' sorts. table, incoming: (offsets int64[T + 1], words int64[E])."""
+    """(cycles int64[T], new tables) of all tiles' sorts. table, incoming: (offsets int64[T + 1], words int64[E]).
+
+    first: entries of the tables' first chunk, of several passes one each; chunk: of every other chunk.
+    """
     lists = [np.ascontiguousarray(x, np.int64) for x in (*table, *incoming)]
     starts = lists[0] + lists[2]
     places = places or anywhere(len(starts) - 1)
     cycles, lengths = np.zeros((2, len(starts) - 1), np.int64)
     out = np.empty(starts[-1], np.int64)
-    _jobs(*lists, first, places.lists, latency, cycles, lengths, out)
+    firsts = np.atleast_1d(np.asarray(first, np.int64))
+    _jobs(*lists, firsts, places.lists, latency, chunk, cycles, lengths, out)
     return cycles, [out[start : start + n] for start, n in zip(starts, lengths, strict=False)]

@@ -144,22 +144,25 @@ def _insert(starts, offsets, scratch, all_of, new, fresh_key, new_key, capacity,
             here.sort()
 
 
-def sort(table: Lists, new: Lists, first: int, how: int) -> Lists:
-    """New tables: each tile's table sorted in chunks, as a whole or not at all, and its incoming entries merged in."""
+def sort(table: Lists, new: Lists, first: int, how: int, chunk: int = params.CHUNK) -> Lists:
+    """New tables: each tile's table sorted in chunks, as a whole or not at all, and its incoming entries merged in.
+
+    first, chunk: entries of the first chunk and of each other one.
+    """
     starts = table.offsets[:-1] + new.offsets[:-1]
     counts = np.empty(len(starts), np.int64)
     out = np.empty(len(table.words) + len(new.words), np.int64)
     with numba.parallel_chunksize(1):
-        _sort(table.offsets, table.words, new.offsets, new.words, first, how, starts, counts, out)
+        _sort(table.offsets, table.words, new.offsets, new.words, first, chunk, how, starts, counts, out)
     return _close_up(starts, counts, out)
 
 
 @numba.njit(cache=True, parallel=True)
-def _sort(offsets, words, new_offsets, new, first, how, starts, counts, out):
+def _sort(offsets, words, new_offsets, new, first, chunk, how, starts, counts, out):
     for t in numba.prange(len(starts)):
         a = words[offsets[t] : offsets[t + 1]]
         if how == CHUNKS:
-            a = sort_chunks(a, first)
+            a = sort_chunks(a, first, chunk)
         elif how == WHOLE:
             a = np.sort(a)
         merged = merge(a, np.sort(new[new_offsets[t] : new_offsets[t + 1]]))
@@ -174,21 +177,30 @@ def shuffle(lists: Lists, seed: tuple[int, ...]) -> Lists:
     return Lists(lists.offsets, lists.words[order])
 
 
-def late_sort(merged: Lists, key: np.ndarray, first: int) -> Lists:
+def renewed(table: Lists, key: np.ndarray) -> Lists:
+    """The tables in the order that they have, the valid entries with the keys `key` [N]."""
+    words = table.words.copy()
+    valid = words < INVALID
+    index = records.indices_of(words[valid])
+    words[valid] = records.entries(key[index], index)
+    return Lists(table.offsets, words)
+
+
+def late_sort(merged: Lists, key: np.ndarray, first: int, chunk: int = params.CHUNK) -> Lists:
     """The lists with the keys `key` [N] of this frame, each chunk sorted by them."""
     out = np.empty(len(merged.words), np.int64)
     with numba.parallel_chunksize(1):
-        _late_sort(merged.offsets, merged.words, key, first, out)
+        _late_sort(merged.offsets, merged.words, key, first, chunk, out)
     return Lists(merged.offsets, out)
 
 
 @numba.njit(cache=True, parallel=True)
-def _late_sort(offsets, words, key, first, out):
+def _late_sort(offsets, words, key, first, chunk, out):
     for t in numba.prange(len(offsets) - 1):
         here = words[offsets[t] : offsets[t + 1]] & records.INDEX_MASK
         for k in range(len(here)):
             here[k] |= np.int64(key[here[k]]) << params.INDEX_W
-        out[offsets[t] : offsets[t + 1]] = sort_chunks(here, first)
+        out[offsets[t] : offsets[t + 1]] = sort_chunks(here, first, chunk)
 
 
 def group_keys(written: Lists) -> Lists:

@@ -42,7 +42,7 @@ def on_engine(accelerator: Accelerator, frame):
 def on_slice(frame):
     """golden/slice.py's times of the same frame."""
     jobs, _ = slice.sort_jobs(
-        (frame.table.offsets, frame.table.words), (frame.incoming.offsets, frame.incoming.words), frame.first
+        (frame.table.offsets, frame.table.words), (frame.incoming.offsets, frame.incoming.words), frame.firsts
     )
     order = frame.order.offsets, frame.order.words
     return slice.frame_times(jobs, order, frame.raster, tiles_of(*SIZE), *SIZE)

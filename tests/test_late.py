@@ -81,7 +81,7 @@ def test_lists_of_a_frame_are_made_as_the_units_make_them():
     before, *rest = late_frames(track(4, 2.0))
     for number, frame in enumerate(rest, 1):
         check_invariants(frame)
-        assert frame.first == sorting_core.first_length(number)
+        assert frame.firsts[-1] == sorting_core.first_length(number)
         assert frame.counters["full_tiles"] == 0
         for t in range(4):
             table = words_from_short(short_bytes(before.written.tile(t)), before.written.tile(t).size)
@@ -90,7 +90,7 @@ def test_lists_of_a_frame_are_made_as_the_units_make_them():
             assert np.array_equal(frame.merged.tile(t), merged)
             index = indices_of(merged)
             fresh = entries(frame.features.key[index], index)
-            assert np.array_equal(frame.order.tile(t), sorting_core.sort_chunks(fresh, frame.first))
+            assert np.array_equal(frame.order.tile(t), sorting_core.sort_chunks(fresh, frame.firsts[-1]))
             assert np.array_equal(frame.written.tile(t) & ~INVALID, frame.order.tile(t))
         before = frame
 
@@ -104,7 +104,7 @@ def test_the_late_core_draws_the_frame():
             128,
             128,
             (0, 0, 0),
-            frame.first,
+            frame.firsts[-1],
         )
         for name in ("words_out", "bitmaps", "value", "counts", "batch_offsets", "scu_ops"):
             assert np.array_equal(getattr(result, name), getattr(frame.raster, name)), name

@@ -199,7 +199,19 @@ def test_colours_are_kept_for_some_frames():
 def test_settings_of_the_tables_are_checked():
     assert parse(["rebuild_share=0.25"]).rebuild_limit(True) == 0.25
     assert (Settings().rebuild_limit(True), Settings().rebuild_limit(False)) == (0.5, 1)
-    assert (Settings().consistent(True), Settings().consistent(False)) == (True, False)
-    for bad in ("rebuild_share=2", "rebuild_share=x", "depth=fresh", "colour_every=0"):
+    assert (Settings().depth_rule(True), Settings().depth_rule(False)) == ("consistent", "deferred")
+    assert [Settings(refresh="every:3").refreshes(k) for k in range(4)] == [True, False, False, True]
+    for bad in (
+        "rebuild_share=2",
+        "rebuild_share=x",
+        "depth=new",
+        "colour_every=0",
+        "passes=0",
+        "chunk=100",
+        "refresh=every",
+        "refresh=every:0",
+        "refresh=3",
+        "sh_degree=4",
+    ):
         with pytest.raises(InputError, match=bad.split("=")[0]):
             parse([bad])

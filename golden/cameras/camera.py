@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,12 @@ def look_at(eye: object, at: object, up: object, fovy_deg: float, width: int, he
     f = focal(fovy_deg, height)
     rotation = np.stack([right, np.cross(forward, right), forward])
     return Camera(width, height, f, f, width / 2, height / 2, rotation, eye)
+
+
+def extrapolate(before: Camera, now: Camera) -> Camera:
+    """The camera of the next frame if it goes on as from `before` to `now`: the same shift, the same turn again."""
+    turn = now.rotation @ before.rotation.T
+    return replace(now, rotation=turn @ now.rotation, position=2 * now.position - before.position)
 
 
 def unit(v: np.ndarray, problem: str, least: float = 0.0) -> np.ndarray:

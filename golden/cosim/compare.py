@@ -11,9 +11,11 @@ from rich.progress import Progress
 from golden import dma, params
 from golden.cameras.camera import Camera
 from golden.cosim.model import Slice, SliceFrame
+from golden.errors import InputError
 from golden.frame import Frame, Lists, Renderer, tiles_of
 from golden.job import Job
 from golden.records import indices_of
+from golden.settings import Settings
 from golden.slice import SliceTimes, frame_times, sort_jobs
 from golden.sorting_core import sorting_core
 
@@ -90,6 +92,19 @@ def differences(rtl: SliceFrame, frame: Frame, expected: SliceTimes) -> tuple[in
     return total, first
 
 
+def check(settings: Settings) -> None:
+    """InputError for a setting that the RTL's slice does not have."""
+    for name, known in (
+        ("depth", ("auto", "deferred", "consistent")),
+        ("passes", (1,)),
+        ("chunk", (params.CHUNK,)),
+        ("refresh", ("all",)),
+    ):
+        value = getattr(settings, name)
+        if value not in known:
+            raise InputError(f"--set {name}={value}: the RTL's slice wants {'|'.join(map(str, known))}")
+
+
 class Cosim:
     """The RTL's slice and the golden model, frame after frame; each keeps its own tables.
 
@@ -97,6 +112,7 @@ class Cosim:
     """
 
     def __init__(self, job: Job, sorting: str, progress: Progress, seed: int = 0, renderer: Renderer | None = None):
+        check(job.settings)
         self.job = job
         self.renderer = renderer or Renderer(job.gaussians, job.settings, sorting)
         keys = job.settings

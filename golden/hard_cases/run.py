@@ -131,7 +131,7 @@ def lsb(image: np.ndarray, truth: np.ndarray) -> float:
 def cycles(frame: Frame) -> int:
     """Cycles that one slice takes for a frame, by the golden model's formulas."""
     lists = [(part.offsets, part.words) for part in (frame.table, frame.incoming)]
-    jobs, _ = slice.sort_jobs(*lists, frame.first)
+    jobs, _ = slice.sort_jobs(*lists, frame.firsts)
     size = frame.camera.width, frame.camera.height
     order = frame.order.offsets, frame.order.words
     return slice.frame_times(jobs, order, frame.raster, tiles_of(*size), *size).cycles

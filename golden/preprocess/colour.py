@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from golden.cameras.camera import Camera
     from golden.scene.gaussians import Gaussians
 
+DEGREE_MAX = 3  # of the harmonics in a scene file
+
 _Y00 = math.sqrt(1 / (4 * math.pi))
 _Y1 = math.sqrt(3 / (4 * math.pi))
 _Y2 = math.sqrt(15 / (4 * math.pi))
@@ -26,15 +28,18 @@ _Y31 = math.sqrt(21 / (32 * math.pi))
 _Y30 = math.sqrt(7 / (16 * math.pi))
 
 
-def colours(gaussians: Gaussians, camera: Camera, visible: np.ndarray | None = None) -> np.ndarray:
+def colours(
+    gaussians: Gaussians, camera: Camera, visible: np.ndarray | None = None, degree: int = DEGREE_MAX
+) -> np.ndarray:
     """[N, 3] float64 max(0, SH(direction) + 0.5), direction = normalise(mean - camera position); no upper clamp.
 
-    Rows that are not `visible` (bool [N]) stay zero.
+    Rows that are not `visible` (bool [N]) stay zero. Harmonics above `degree` are left out.
     """
     n = len(gaussians.means)
     seen = np.ones(n, np.bool_) if visible is None else visible
     out = np.zeros((n, 3))
-    _colours(plain(gaussians.means), plain(gaussians.sh, np.float32), plain(camera.position), seen, out)
+    terms = min(gaussians.sh.shape[1], (degree + 1) ** 2)
+    _colours(plain(gaussians.means), plain(gaussians.sh, np.float32), terms, plain(camera.position), seen, out)
     return out
 
 
@@ -44,8 +49,7 @@ def plain(array: np.ndarray, dtype: type = np.float64) -> np.ndarray:
 
 
 @numba.njit(parallel=True, cache=True, error_model="numpy")
-def _colours(means, sh, position, seen, out):
-    terms = sh.shape[1]
+def _colours(means, sh, terms, position, seen, out):
     for i in numba.prange(means.shape[0]):
         if not seen[i]:
             continue

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
-from golden.preprocess.colour import colours, plain
+from golden.preprocess.colour import DEGREE_MAX, colours, plain
 
 if TYPE_CHECKING:
     from golden.cameras.camera import Camera
@@ -43,10 +43,13 @@ class Projection:
     counters: dict[str, int] = field(default_factory=dict)  # culled_near, _nonfinite, _alpha, _offscreen, visible
 
 
-def project(gaussians: Gaussians, camera: Camera, antialias: bool | None = None) -> Projection:
+def project(
+    gaussians: Gaussians, camera: Camera, antialias: bool | None = None, degree: int = DEGREE_MAX
+) -> Projection:
     """Project, cull and colour every Gaussian.
 
     antialias: scale the opacity by sqrt(det before / det behind the low-pass); None takes the scene's own mode.
+    degree: of the harmonics, where the scene has more.
     Culled, in this order: z <= near; a covariance that is not finite; opacity below 1/255 (equal is kept); a box of
     sqrt(2 ln(255 opacity)) sigmas that misses the picture.
     """
@@ -80,7 +83,8 @@ def project(gaussians: Gaussians, camera: Camera, antialias: bool | None = None)
         "culled_offscreen": int(count[_OFFSCREEN]),
     }
     visible = status == _VISIBLE
-    return Projection(mean2d, cov2d, det, depth, opacity, colours(gaussians, camera, visible), visible, counters)
+    colour = colours(gaussians, camera, visible, degree)
+    return Projection(mean2d, cov2d, det, depth, opacity, colour, visible, counters)
 
 
 def depths(gaussians: Gaussians, camera: Camera) -> np.ndarray:

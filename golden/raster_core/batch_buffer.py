@@ -10,6 +10,8 @@ import numpy as np
 
 from golden import params, records
 
+BANKS = 2  # batches that are fetched or worked on at once
+
 
 def batches(n: int) -> list[tuple[int, int]]:
     """(first entry, entries) of each batch of a table of n; the last one has less than CHUNK, maybe none."""

@@ -8,7 +8,6 @@ import numpy as np
 from golden import params
 
 BLOCK = 16  # entries in a word
-BLOCKS = params.CHUNK // BLOCK
 
 
 def words(masks: np.ndarray) -> np.ndarray:

@@ -29,7 +29,8 @@ END_BANK = 6  # end_batch
 FREE = 7  # [BANKS] the bank can take entries
 CLOSED = FREE + BANKS  # [BANKS] cycle of the last beat of its batch
 LAST = CLOSED + BANKS  # [BANKS] 1: its batch is its tile's last
-SORTER = LAST + BANKS  # state of late_sorter
+LENGTH = LAST + BANKS  # entries of a batch that is not its tile's first or last
+SORTER = LENGTH + 1  # state of late_sorter
 STATE_N = SORTER + late_sorter.STATE_N
 
 
@@ -54,10 +55,11 @@ def blocks(words: np.ndarray, hit: np.ndarray, first: int = params.CHUNK) -> lis
     return out
 
 
-def new_buffer(origin: int) -> np.ndarray:
-    """State int64[STATE_N] of a buffer whose reset is low from cycle `origin` on."""
+def new_buffer(origin: int, length: int = params.CHUNK) -> np.ndarray:
+    """State int64[STATE_N] of a buffer whose reset is low from cycle `origin` on, for batches of `length` entries."""
     state = np.full(STATE_N, origin, np.int64)
     state[[FILL_BANK, SORT_BANK, END_BANK]] = 0
+    state[LENGTH] = length
     state[SORTER:] = late_sorter.new_sorter(origin)
     return state
 
@@ -93,7 +95,7 @@ def request_batch(state, arrivals, requests):
         fill = max(fill, arrivals[n]) + 1
         state[TILE] = fill
     state[FILL] = fill
-    state[LIMIT] = params.CHUNK
+    state[LIMIT] = state[LENGTH]
     state[CLOSED + bank] = fill - 1
     state[FILL_BANK] = (bank + 1) % BANKS
     return fill - 1

@@ -11,7 +11,7 @@ import numpy as np
 
 from golden import params, records, tables
 from golden.raster_core import group_finder
-from golden.raster_core.candidate_matrix import BLOCK, BLOCKS
+from golden.raster_core.candidate_matrix import BLOCK
 from golden.raster_core.raster_core import RasterResult, rasterise
 
 
@@ -28,13 +28,17 @@ def rasterise_late(
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
-def _work(offsets, words, bitmaps, first, batch_offsets, mean, chol, opacity, tile_xy, width, height, hits, candidates):
+def _work(
+    offsets, words, bitmaps, fetched, cut, batch_offsets, mean, chol, opacity, tile_xy, width, height, hits, candidates
+):
+    first, length = cut
     for tile in numba.prange(len(tile_xy)):
         x0, y0 = tile_xy[tile]
         end = offsets[tile]
+        over = end + fetched[tile]
         for batch in range(batch_offsets[tile], batch_offsets[tile + 1]):
             begin = end
-            end = min(begin + (params.CHUNK if batch > batch_offsets[tile] else first), offsets[tile + 1])
+            end = min(begin + (length if batch > batch_offsets[tile] else first), over)
             for e in range(begin, end):
                 g = words[e] & records.INDEX_MASK
                 mask = group_finder.mask(
@@ -48,19 +52,27 @@ def _work(offsets, words, bitmaps, first, batch_offsets, mean, chol, opacity, ti
 
 
 def work(
-    result: RasterResult, offsets, features, tile_xy, width: int, height: int, first: int = params.CHUNK
+    result: RasterResult,
+    offsets,
+    features,
+    tile_xy,
+    width: int,
+    height: int,
+    first: int = params.CHUNK,
+    length: int = params.CHUNK,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the cycles of a frame depend on: (hits uint16[B, GROUPS, UNITS], candidates uint8[B, GROUPS, BLOCKS]).
+    """What cycles depend on: (hits uint16[B, GROUPS, UNITS], candidates uint8[B, GROUPS, ceil(length / BLOCK)]).
 
-    result: of rasterise_late, with the same arguments. hits: entries in the list of each unit and group, also where the
-    subtile is known to be done (counts of result: 0 there). candidates: entries that are tested, for each word of
-    BLOCK entries of a group.
+    result: of rasterise with these lists, first and length. hits: entries in the list of each unit and group, also
+    where the subtile is known to be done (counts of result: 0 there). candidates: entries that are tested, for each
+    word of BLOCK entries of a group.
     """
     columns = [np.ascontiguousarray(getattr(features, name), np.int64) for name in ("mean", "chol", "opacity")]
     hits = np.zeros((result.batch_offsets[-1], params.GROUPS, params.UNITS), np.uint16)
-    candidates = np.zeros((result.batch_offsets[-1], params.GROUPS, BLOCKS), np.uint8)
+    candidates = np.zeros((result.batch_offsets[-1], params.GROUPS, -(-length // BLOCK)), np.uint8)
     _work(
-        np.ascontiguousarray(offsets, np.int64), result.words_out, result.bitmaps, first, result.batch_offsets,
-        *columns, np.ascontiguousarray(tile_xy, np.int64).reshape(-1, 2), width, height, hits, candidates,
+        np.ascontiguousarray(offsets, np.int64), result.words_out, result.bitmaps, result.fetched,
+        (first, length), result.batch_offsets, *columns,
+        np.ascontiguousarray(tile_xy, np.int64).reshape(-1, 2), width, height, hits, candidates,
     )  # fmt: skip
     return hits, candidates

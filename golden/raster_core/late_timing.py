@@ -37,13 +37,16 @@ BATCH_N = 8
 PX_FIRST, PX_LAST, PX_N = range(3)
 
 
-def new_state(origin: int) -> np.ndarray:
-    """State int64[STATE_N] of a core whose reset is low from cycle `origin` on."""
+def new_state(origin: int, length: int = params.CHUNK) -> np.ndarray:
+    """State int64[STATE_N] of a core whose reset is low from cycle `origin` on.
+
+    length: entries of a batch; a queue holds two lists of as many hits.
+    """
     state = np.empty(STATE_N, np.int64)
     state[ORIGIN] = origin
     state[RECORD] = queue_blender.PAST
-    state[BUFFER:TESTER] = late_buffer.new_buffer(origin)
-    state[TESTER:BLENDER] = candidate_tester.new_tester(origin)
+    state[BUFFER:TESTER] = late_buffer.new_buffer(origin, length)
+    state[TESTER:BLENDER] = candidate_tester.new_tester(origin, 2 * length)
     state[BLENDER:] = queue_blender.new_units(origin).ravel()
     return state
 
@@ -79,7 +82,7 @@ def step_batch(state, n, arrivals, latency, interval, hits, counts, candidates, 
     arrivals int64[n], in the last batch [n + 1]: cycles from which each entry, and the end beat, is offered, if those
     before are gone. latency int64[n]: a record comes so long behind its request (which leaves a cycle behind its
     entry), and at least `interval`, 3 or more, behind the last one. hits, counts [GROUPS, UNITS] (late_core.work,
-    RasterResult) and candidates [GROUPS, BLOCKS] (late_core.work) of the batch; of an empty one any. Fills times
+    RasterResult) and candidates [GROUPS, words] (late_core.work) of the batch; of an empty one any. Fills times
     int64[BATCH_N].
     """
     buffer, tester = state[BUFFER:TESTER], state[TESTER:BLENDER]

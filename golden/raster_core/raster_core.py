@@ -14,14 +14,14 @@ import numpy as np
 from golden import params, records
 from golden.raster_core.group_tester import tile_bits
 from golden.raster_core.pixel_resolver import resolve_tile
-from golden.raster_core.subtile_blender import NONE, blend_subtile, fresh_tile
+from golden.raster_core.subtile_blender import NONE, all_done, blend_subtile, fresh_tile
 
 
 @dataclass(frozen=True)
 class RasterResult:
     """What one frame's tables became. E entries, T tiles, B batches of all tiles in order."""
 
-    words_out: np.ndarray  # int64[E] entries with the key of this frame; invalid when no subtile was hit
+    words_out: np.ndarray  # int64[E] entries with the key of their record; invalid when no subtile was hit
     bitmaps: np.ndarray  # uint64[E] bit 8*row + column: the subtiles hit
     value: np.ndarray  # int64[H, W, 3] UQ3.20, resolved, unclamped
     rgb8: np.ndarray  # uint8[H, W, 3]
@@ -31,23 +31,40 @@ class RasterResult:
     pairs: np.ndarray  # int64[T] (entry, subtile) pairs hit
     scu_ops: np.ndarray  # int64[T] pairs an SCU worked on
     blends: np.ndarray  # int64[T] (entry, pixel) pairs blended
+    fetched: np.ndarray  # int64[T] entries whose records were fetched; the others are as they were
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _done(state):
+    """Are all pixels of the tile done?"""
+    subtile = 0
+    while subtile < params.SUBTILES and all_done(state[subtile]):
+        subtile += 1
+    return subtile == params.SUBTILES
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _raster_tile(
-    words, first, mean, chol, opacity, colour, key, x0, y0, size, words_out, bitmaps, state, counts, totals
+    words, kept, cut, mean, chol, opacity, colour, key, x0, y0, size, words_out, bitmaps, state, counts, totals
 ):
-    """One tile. Fills counts uint16[batches, GROUPS, UNITS] and totals int64[3] (pairs, scu_ops, blends)."""
+    """One tile. Fills counts uint16[batches, GROUPS, UNITS] and totals int64[4] (pairs, scu_ops, blends, fetched)."""
+    first, length, ahead = cut
     width, height = size
     fresh_tile(state, x0, y0, width, height)
-    hits = np.empty((params.SUBTILES, params.CHUNK), np.int32)
+    hits = np.empty((params.SUBTILES, length), np.int32)
     n_hits = np.zeros(params.SUBTILES, np.int32)
     held = np.full(params.UNITS, NONE, np.int64)
     known_done = np.zeros(params.SUBTILES, np.bool_)
     end = 0
+    done = counts.shape[0]  # the batch that ended the last pixel
     for batch in range(counts.shape[0]):
         begin = end
-        end = min(begin + (params.CHUNK if batch else first), len(words))
+        if ahead and batch >= done + ahead:
+            words_out[begin:] = kept[begin:]
+            bitmaps[begin:] = 0
+            counts[batch:] = 0
+            break
+        end = min(begin + (length if batch else first), len(words))
         n_hits[:] = 0
         for e in range(begin, end):
             g = words[e] & records.INDEX_MASK
@@ -74,11 +91,14 @@ def _raster_tile(
             totals[0] += n
             totals[1] += operations
             totals[2] += blends
+        if ahead and batch < done and _done(state):
+            done = batch
+    totals[3] = end
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _raster(
-    offsets, words, first, batch_offsets, mean, chol, opacity, colour, key, tile_xy, size, background,
+    offsets, words, kept, cut, batch_offsets, mean, chol, opacity, colour, key, tile_xy, size, background,
     words_out, bitmaps, value, rgb8, transmittance, counts, totals,
 ):  # fmt: skip
     for tile in numba.prange(len(tile_xy)):
@@ -86,17 +106,29 @@ def _raster(
         begin, end = offsets[tile], offsets[tile + 1]
         x0, y0 = tile_xy[tile]
         _raster_tile(
-            words[begin:end], first, mean, chol, opacity, colour, key, x0, y0, size, words_out[begin:end],
-            bitmaps[begin:end], state, counts[batch_offsets[tile] : batch_offsets[tile + 1]], totals[tile],
+            words[begin:end], kept[begin:end], cut, mean, chol, opacity, colour, key, x0, y0, size,
+            words_out[begin:end], bitmaps[begin:end], state, counts[batch_offsets[tile] : batch_offsets[tile + 1]],
+            totals[tile],
         )  # fmt: skip
         resolve_tile(state, x0, y0, background, value, rgb8, transmittance)
 
 
 def rasterise(
-    tables, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
+    tables,
+    features,
+    tile_xy,
+    width: int,
+    height: int,
+    background=(0, 0, 0),
+    first: int = params.CHUNK,
+    length: int = params.CHUNK,
+    ahead: int = 0,
+    kept: np.ndarray | None = None,
 ) -> RasterResult:
-    """One frame. The first batch of a tile has up to `first` entries (gs_late_core), every other one up to CHUNK.
+    """One frame. The first batch of a tile has up to `first` entries (gs_late_core), every other one up to `length`.
 
+    ahead > 0: a batch is not fetched when every pixel of its tile was done behind the batch `ahead` places in front of
+    it; its entries leave as they are in `kept` (int64[E], default: the tables). 0: all are fetched.
     tables: (offsets int64[T + 1], words int64[E]), valid entries in table order.
     features: arrays mean [N, 2], chol [N, 3] (a, b, c), opacity [N], colour [N, 3], key [N] of record codes.
     tile_xy: int64[T, 2] pixel origins. background: three UQ3.10 codes. Pixels of no tile stay 0.
@@ -108,10 +140,11 @@ def rasterise(
     columns = [
         np.ascontiguousarray(getattr(features, name), np.int64) for name in ("mean", "chol", "opacity", "colour", "key")
     ]
+    kept = words if kept is None else np.ascontiguousarray(kept, np.int64)
     n = np.diff(offsets)
-    batches = np.where(n > 0, 1 + -(-np.maximum(n - first, 0) // params.CHUNK), 0)
+    batches = np.where(n > 0, 1 + -(-np.maximum(n - first, 0) // length), 0)
     batch_offsets = np.concatenate(([0], np.cumsum(batches))).astype(np.int64)
-    totals = np.zeros((len(tile_xy), 3), np.int64)
+    totals = np.zeros((len(tile_xy), 4), np.int64)
     result = RasterResult(
         words_out=np.empty(len(words), np.int64),
         bitmaps=np.empty(len(words), np.uint64),
@@ -123,12 +156,14 @@ def rasterise(
         pairs=totals[:, 0],
         scu_ops=totals[:, 1],
         blends=totals[:, 2],
+        fetched=totals[:, 3],
     )
     chunk = numba.set_parallel_chunksize(1)  # tiles differ much in length
     try:
         _raster(
-            offsets, words, first, batch_offsets, *columns, tile_xy, (width, height), np.array(background, np.int64),
-            result.words_out, result.bitmaps, result.value, result.rgb8, result.transmittance, result.counts, totals,
+            offsets, words, kept, (first, length, ahead), batch_offsets, *columns, tile_xy,
+            (width, height), np.array(background, np.int64), result.words_out, result.bitmaps,
+            result.value, result.rgb8, result.transmittance, result.counts, totals,
         )  # fmt: skip
     finally:
         numba.set_parallel_chunksize(chunk)

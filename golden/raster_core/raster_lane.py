@@ -105,7 +105,7 @@ def request_batch(state, arrivals, heads, asked):
     m = len(asked)
     for k in range(m):
         fill = max(fill, arrivals[k], state[ROOM]) + 1
-        asked[k] = _ask(state, fill, 1 if heads[k] == dma.RECORD_BEATS else 2)
+        asked[k] = _ask(state, fill, 2 if heads[k] < dma.RECORD_BEATS else 1)
     last = m < params.CHUNK
     if last:
         end = max(fill, arrivals[m], state[ROOM])

@@ -30,6 +30,11 @@ class Gaussians:
     def __len__(self) -> int:
         return len(self.means)
 
+    @property
+    def degree(self) -> int:
+        """Of the spherical harmonics, 0 to 3."""
+        return SH_COUNTS.index(self.sh.shape[1])
+
 
 def sigmoid(logits: np.ndarray) -> np.ndarray:
     """Opacity of a logit; +Inf gives 1, -Inf gives 0, NaN stays."""

@@ -25,9 +25,9 @@ A, B, SENT = 2, 3, 4  # beats of a and b merged, entries sent
 STATE_N = 5
 
 
-def first_length(frame: int) -> int:
-    """Entries in the first chunk of a frame: CHUNK in odd frames, half of it in even ones."""
-    return params.CHUNK if frame % 2 else params.CHUNK // 2
+def first_length(number: int, chunk: int = params.CHUNK) -> int:
+    """Entries in the first chunk of a pass: a chunk in odd passes, half of it in even ones."""
+    return chunk if number % 2 else chunk // 2
 
 
 def ranges(n: int, first: int = params.CHUNK, chunk: int = params.CHUNK) -> list[tuple[int, int]]:
@@ -37,22 +37,22 @@ def ranges(n: int, first: int = params.CHUNK, chunk: int = params.CHUNK) -> list
 
 
 @numba.njit(cache=True)
-def sort_chunks(a, first=params.CHUNK):
-    """[n] entries, each chunk ascending."""
+def sort_chunks(a, first=params.CHUNK, chunk=params.CHUNK):
+    """[n] entries, each chunk ascending; the first one has `first` entries."""
     out = np.empty_like(a)
     start, length = 0, first
     while start < len(a):
-        chunk = a[start : start + length]
+        part = a[start : start + length]
         # numba's quicksort cannot be compiled where pytest rewrites assertions, as it does in the benches
-        out[start : start + length] = chunk[np.argsort(chunk, kind="mergesort")]
+        out[start : start + length] = part[np.argsort(part, kind="mergesort")]
         start += length
-        length = params.CHUNK
+        length = chunk
     return out
 
 
-def sort(a: np.ndarray, b: np.ndarray, first: int = params.CHUNK) -> np.ndarray:
+def sort(a: np.ndarray, b: np.ndarray, first: int = params.CHUNK, chunk: int = params.CHUNK) -> np.ndarray:
     """SORT: int64[m] valid entries of the table a, sorted chunk by chunk, and of the sorted list b, merged."""
-    return merge_sort_unit.merge(sort_chunks(a, first), b)
+    return merge_sort_unit.merge(sort_chunks(a, first, chunk), b)
 
 
 def merge(a: np.ndarray, b: np.ndarray) -> np.ndarray:

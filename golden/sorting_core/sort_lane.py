@@ -7,14 +7,23 @@ import numpy as np
 
 from golden import dma, params
 from golden.sorting_core import bitonic_sort_unit
-from golden.sorting_core.sort_sequencer import EMPTY, FIRST_COMMAND, NEXT_COMMAND, OUT, REGIONS, commands
+from golden.sorting_core.sort_sequencer import (
+    EMPTY,
+    FIRST_COMMAND,
+    NEXT_COMMAND,
+    OUT,
+    REGIONS,
+    TABLE,
+    Command,
+    commands,
+)
 from golden.sorting_core.sorting_core import _timing, sort_chunks
 
 SORT_STEPS = bitonic_sort_unit.steps()
 
 
 @numba.njit(cache=True)
-def run_command(a, b, command, at, core, latency, ports):
+def run_command(a, b, command, at, core, latency, ports, chunk):
     """(cycles from a command to its list being written, the list int64[m]).
 
     Both readers, the core and the writer are idle and take the command in the cycle in which it is sent, 0. The writer
@@ -25,9 +34,9 @@ def run_command(a, b, command, at, core, latency, ports):
     out_at = at[command.out] + command.out_from * params.ENTRY_BYTES
     a_arrival = dma.list_arrival(0, len(a), a_at, dma.SORT + core, ports, latency)
     b_arrival = dma.list_arrival(0, len(b), b_at, dma.INSERT + core, ports, latency)
-    words = a if command.merge else sort_chunks(a, command.first)
+    words = a if command.merge else sort_chunks(a, command.first, chunk)
     _, first, length, _, _, entries = _timing(
-        a_arrival, b_arrival, words, b, command.first, command.merge, SORT_STEPS, -1
+        a_arrival, b_arrival, words, b, command.first, command.merge, SORT_STEPS, -1, chunk
     )
     port = dma.SORTED + core
     ports[port, dma.LAST] = dma.NEVER
@@ -38,20 +47,30 @@ def run_command(a, b, command, at, core, latency, ports):
 
 
 @numba.njit(cache=True)
-def run_job(table, incoming, first, at, core, latency, ports):
+def run_job(table, incoming, firsts, at, core, latency, ports, chunk):
     """(cycles from the job to its done, the new table int64[m]); done is later when the last job's done still waits.
 
-    at int64[4]: byte addresses of the regions; core: number of the lane, whose ports are used.
-    Walks the sequencer's commands, so that it also shows what each of them reads and writes.
+    firsts int64[P]: entries of the first chunk of each pass; chunk: of the others. at int64[4]: byte addresses of the
+    regions; core: number of the lane, whose ports are used. Walks the sequencer's commands, so that it also shows what
+    each of them reads and writes. The passes in front of the last one leave the table where it is (the RTL has none):
+    a chunk has been read before its first entry is written.
     """
     n_in = len(incoming)
     regions = (table.copy(), incoming.copy(), np.zeros(n_in, np.int64), np.zeros(len(table) + n_in, np.int64))
     cycle = FIRST_COMMAND
-    n = 0
-    for command in commands(len(table), n_in, first):
+    n = len(table)
+    for first in firsts[:-1]:
+        if n:
+            repair = Command(False, TABLE, TABLE, TABLE, 0, n, 0, 0, 0, first)
+            none = regions[TABLE][:0]
+            cycles, entries = run_command(regions[TABLE][:n], none, repair, at, core, latency, ports, chunk)
+            n = len(entries)
+            regions[TABLE][:n] = entries
+            cycle += cycles + NEXT_COMMAND
+    for command in commands(n, n_in, firsts[-1], chunk):
         a = regions[command.a][command.a_from : command.a_from + command.a_n]
         b = regions[command.b][command.b_from : command.b_from + command.b_n]
-        cycles, entries = run_command(a, b, command, at, core, latency, ports)
+        cycles, entries = run_command(a, b, command, at, core, latency, ports, chunk)
         n = len(entries)
         regions[command.out][command.out_from : command.out_from + n] = entries
         cycle += cycles + NEXT_COMMAND
@@ -59,10 +78,14 @@ def run_job(table, incoming, first, at, core, latency, ports):
 
 
 def job(
-    table: np.ndarray, incoming: np.ndarray, first: int = params.CHUNK, latency: dma.Latency = dma.LATENCY
+    table: np.ndarray,
+    incoming: np.ndarray,
+    first: int = params.CHUNK,
+    latency: dma.Latency = dma.LATENCY,
+    chunk: int = params.CHUNK,
 ) -> tuple[int, np.ndarray]:
-    """run_job of one lane whose regions begin at multiples of BORDER."""
+    """run_job with one pass of a lane whose regions begin at multiples of BORDER."""
     at = np.zeros(len(REGIONS), np.int64)
     lists = np.ascontiguousarray(table, np.int64), np.ascontiguousarray(incoming, np.int64)
-    cycles, words = run_job(*lists, first, at, 0, latency, dma.new_ports())
+    cycles, words = run_job(*lists, np.array([first]), at, 0, latency, dma.new_ports(), chunk)
     return int(cycles), words

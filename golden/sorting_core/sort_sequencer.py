@@ -37,20 +37,20 @@ class Command(NamedTuple):
 
 
 @numba.njit(cache=True)
-def commands(table_n, in_n, first=params.CHUNK):
+def commands(table_n, in_n, first=params.CHUNK, chunk=params.CHUNK):
     """The commands of a job, a list of Command."""
     result = []
     runs, other = INCOMING, SCRATCH
     if in_n:
-        out = OUT if in_n <= params.CHUNK and not table_n else other
-        result.append(Command(False, runs, runs, out, 0, in_n, 0, 0, 0, params.CHUNK))
+        out = OUT if in_n <= chunk and not table_n else other
+        result.append(Command(False, runs, runs, out, 0, in_n, 0, 0, 0, chunk))
         runs, other = other, runs
-        run = params.CHUNK
+        run = chunk
         while run < in_n:
             out = OUT if in_n <= 2 * run and not table_n else other
             for at in range(0, in_n, 2 * run):
                 middle, end = min(at + run, in_n), min(at + 2 * run, in_n)
-                result.append(Command(True, runs, runs, out, at, middle - at, at + run, end - middle, at, params.CHUNK))
+                result.append(Command(True, runs, runs, out, at, middle - at, at + run, end - middle, at, chunk))
             runs, other = other, runs
             run *= 2
     if table_n:

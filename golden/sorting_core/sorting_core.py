@@ -1,4 +1,4 @@
-"""gs_sorting_core: gs_chunk_sorter and its lists cut into blocks.
+"""gs_sorting_core: gs_chunk_sorter and its lists cut into blocks of a chunk, or of BLOCK where a chunk is longer.
 
 What it computes is chunk_sorter.py's; here is when.
 """
@@ -25,6 +25,8 @@ from golden.sorting_core.chunk_sorter import (
     sort_chunks,
     step,
 )
+
+BLOCK = params.CHUNK  # entries that one burst to memory can hold
 
 __all__ = ["first_length", "merge", "pass_cycles", "ranges", "sort", "sort_chunks"]
 
@@ -55,7 +57,7 @@ def block_buffer_cycles(n: int, depth: int = params.CHUNK) -> int:
 
 
 @numba.njit(cache=True)
-def _timing(a_arrival, b_arrival, a, b, first, merging, sort_steps, busy):
+def _timing(a_arrival, b_arrival, a, b, first, merging, sort_steps, busy, chunk):
     n = len(a)
     a_taken = np.zeros(n + 1, np.int64)
     b_taken = np.zeros(len(b) + 1, np.int64)
@@ -67,9 +69,9 @@ def _timing(a_arrival, b_arrival, a, b, first, merging, sort_steps, busy):
     else:
         length = first
         while step(state, a, b, a_arrival, b_arrival, length, sort_steps, a_taken, b_taken, merged, sent):
-            length = params.CHUNK
+            length = chunk
     m = state[SENT]
-    block, size = blocks(sent[:m] + 1, params.CHUNK, busy)
+    block, size = blocks(sent[:m] + 1, min(chunk, BLOCK), busy)
     before = block[-2] + size[-2] - 1 if len(block) > 1 else busy
     return max(state[FREE], before) + 1, block, size, a_taken, b_taken, merged[: m - 1]
 
@@ -99,6 +101,7 @@ def timing(
     merge: bool = False,
     network: int = bitonic_sort_unit.RING,
     busy: int = -1,
+    chunk: int = params.CHUNK,
 ) -> Timing:
     """When everything happens in one command whose cycle 0 is the one that accepts it; the sink is always ready.
 
@@ -109,8 +112,8 @@ def timing(
     command is accepted once the list's last block no longer waits.
     """
     arrivals = (np.asarray(a_arrival, np.int64), np.asarray(b_arrival, np.int64))
-    a = words_a if merge else sort_chunks(words_a, first)
-    return Timing(*_timing(*arrivals, a, words_b, first, merge, bitonic_sort_unit.steps(network), busy))
+    a = words_a if merge else sort_chunks(words_a, first, chunk)
+    return Timing(*_timing(*arrivals, a, words_b, first, merge, bitonic_sort_unit.steps(network), busy, chunk))
 
 
 def cycles(words_a: np.ndarray, words_b: np.ndarray, first: int = params.CHUNK, merge: bool = False) -> int:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from golden import dma, params, slice
 from golden.frame import Frame, tiles_of
 from golden.raster_core import late_core
 from golden.raster_core.pixel_resolver import pixel_beats
-from golden.records import indices_of
+from golden.records import INVALID, indices_of
+from golden.settings import Settings
 from golden.timing import engine, memory, raster_state, record_cache, tiles16
-from golden.timing.address_map import LINE, PIXEL_BYTES, Formats, list_starts, regions
+from golden.timing.address_map import LINE, PIXEL_BYTES, Formats, list_starts, record_bytes, regions
 from golden.timing.clusters import store
 from golden.timing.hardware import Hardware
-from golden.timing.jobs import HIERARCHICAL, NONE, REUSE, chunk_sort_cycles, jobs
+from golden.timing.jobs import HIERARCHICAL, NO_KEYS, NONE, REUSE, Keys, chunk_sort_cycles, jobs, renew_cycles
+from golden.timing.line_blocks import in_order, line_blocks, lines_of, no_blocks
 from golden.timing.preprocess_engine import Blocks, preprocess
 
 ENTRIES = 1 << 25  # that the address map has room for in all tables of a frame
@@ -45,50 +46,22 @@ def morton_tiles(columns: int, rows: int) -> np.ndarray:
     return np.argsort(code, kind="stable").astype(np.int64)
 
 
-def no_blocks() -> Blocks:
-    """No work for the preprocessing agent."""
-    none = np.zeros(0, np.int64)
-    return Blocks(none, np.zeros(1, np.int64), none, np.zeros(1, np.int64), none)
-
-
-def line_blocks(reads: np.ndarray, writes: np.ndarray, cycles: int, size: int = 64) -> Blocks:
-    """Lines read and written in bunches of `size`, the cycles spread over them."""
-    count = max(-(-len(reads) // size), -(-len(writes) // size), 1)
-    cut = np.arange(count + 1)
-    return Blocks(
-        np.diff(cycles * cut // count), len(reads) * cut // count, reads, len(writes) * cut // count, writes
-    )  # fmt: skip
-
-
-@numba.njit(cache=True, parallel=True)
-def in_order(at, lines):
-    """Sorts each block's lines: a block is read and written region by region, which keeps rows open."""
-    for b in numba.prange(len(at) - 1):
-        lines[at[b] : at[b + 1]].sort()
-
-
-def _lines(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """All lines of byte ranges, in order."""
-    first = starts // LINE
-    count = np.where(sizes > 0, (starts + sizes - 1) // LINE - first + 1, 0)
-    at = np.cumsum(count) - count
-    return np.arange(count.sum()) - np.repeat(at - first, count)
-
-
 class Accelerator:
     """One hardware with one sorting strategy, on one scene. `frame` goes from picture to picture."""
 
-    def __init__(self, hardware: Hardware, gaussians, width: int, height: int, colour_every: int = 1):
+    def __init__(self, hardware: Hardware, gaussians, width: int, height: int, settings: Settings | None = None):
         self.hardware = hardware
+        self.settings = settings = settings or Settings()
         self.width, self.height = width, height
         self.stored = store(gaussians, hardware.morton)
         self.formats = Formats(
-            degree=int(np.sqrt(gaussians.sh.shape[1])) - 1,
+            degree=min(gaussians.degree, settings.sh_degree),
             position_bytes=hardware.position_bytes,
-            colour_every=colour_every,
+            colour_every=settings.colour_every,
             clusters=hardware.clusters,
             membership=not (hardware.scratch or hardware.reproject),
             record_stride=hardware.record_stride,
+            record_bytes=record_bytes(settings.depth == "predicted"),
             incoming_bytes=hardware.entry_bytes if hardware.scratch else params.ENTRY_BYTES,
             tile=hardware.tile,
             combine_lines=hardware.combine_lines,
@@ -96,7 +69,7 @@ class Accelerator:
         self.at = regions(self.formats, len(gaussians), width, height, ENTRIES)
         self.memory = memory.lpddr4(hardware.channels)
         self.core = CORES["given" if not (hardware.charge_tests and hardware.charge_imbalance) else hardware.raster]
-        self.lanes = raster_state.new_state(self.core, hardware.slices, 0)
+        self.lanes = raster_state.new_state(self.core, hardware.slices, 0, self.batch)
         self.columns, self.rows = -(-width // hardware.tile), -(-height // hardware.tile)
         self.order = morton_tiles(self.columns, self.rows)
         self.blank = np.ones((2, len(self.order)), np.bool_)  # of the images: background only, as the host made them
@@ -105,6 +78,11 @@ class Accelerator:
         self.members = None
         self.lengths = np.zeros(self.columns * self.rows, np.int64)  # room of the last frame's tables
         self.hit_rate = 0.0
+
+    @property
+    def batch(self) -> int:
+        """Entries of a raster core's batch."""
+        return self.settings.chunk if self.hardware.late_sort else params.CHUNK
 
     def prepare(self, frame: Frame) -> Drawn:
         """The frame's lists, addresses, lines and cycles; once for each frame, in order."""
@@ -120,6 +98,7 @@ class Accelerator:
         if small is not None:
             index = index[small.entry]
         n = np.diff(offsets)
+        fetched = frame.raster.fetched if small is None else n
         if h.scratch:
             table_n, in_n = np.zeros_like(n), n
             listed = offsets, index
@@ -152,32 +131,39 @@ class Accelerator:
         nominal, kind = self._sort_cycles(frame, n)
         beside = no_blocks()
         if frame.sorting == "background":
-            pairs = _lines(in_start[:-1], in_n * in_size) if in_n.any() else np.zeros(0, np.int64)
+            pairs = lines_of(in_start[:-1], in_n * in_size) if in_n.any() else np.zeros(0, np.int64)
             now = np.diff(frame.pairs.tile_offsets)
-            lists = _lines(list_starts(at.scratch, now, size)[:-1], now * size)
+            lists = lines_of(list_starts(at.scratch, now, size)[:-1], now * size)
             passes = np.concatenate([pairs, lists, lists])
-            beside = line_blocks(passes, passes, int(chunk_sort_cycles(now).sum()) // (h.slices * h.sort_cores))
+            sorts = chunk_sort_cycles(now, self.settings.chunk)
+            beside = line_blocks(passes, passes, int(sorts.sum()) // (h.slices * h.sort_cores))
+        keys = NO_KEYS
+        if self.settings.depth == "fresh" and kind in (REUSE, HIERARCHICAL) and not h.scratch:
+            keys = self._keys(frame)
+            nominal = nominal + renew_cycles(table_n)
         job = jobs(
             kind, nominal, np.zeros_like(table_n) if late else table_n, in_n, table_start[:-1], in_start[:-1],
             scratch[:-1], scratch[:-1] if late else out_start[:-1], in_size if late or h.scratch else size,
+            self.settings.chunk, len(frame.firsts), keys,
         )  # fmt: skip
         fetch = record_cache.fetch(
             offsets, index, self.stored.place, at.features[this], h.record_stride,
             [self.order[core :: h.slices] for core in range(h.slices)], h.cache_kb, h.cache_shared,
+            self.formats.record_bytes, self.batch, fetched,
         )  # fmt: skip
         self.hit_rate = fetch.hit_rate
-        heads = np.full(len(index), dma.RECORD_BEATS, np.int64)
+        heads = np.full(len(index), self.formats.record_bytes // dma.BEAT, np.int64)
         if h.record_stride == params.RECORD_BYTES:
             heads = dma.record_heads(self.stored.place[index], at.features[this])
         starts = table_start[:-1].copy(), out_start[:-1].copy(), scratch[:-1].copy()
-        raster = self._raster(frame, small, offsets, fetch, heads, starts, table_n, in_n)
+        raster = self._raster(frame, small, offsets, fetched, fetch, heads, starts, table_n, in_n)
         after = no_blocks()
         if not h.deferred_update:
-            tables = _lines(out_start[:-1], n * size)
+            tables = lines_of(out_start[:-1], fetched * size)
             after = line_blocks(
-                np.concatenate([tables, fetch.lines]), tables, int(n.sum()) // (h.slices * h.sort_cores)
+                np.concatenate([tables, fetch.lines]), tables, int(fetched.sum()) // (h.slices * h.sort_cores)
             )
-        tests = len(index) * params.GROUPS
+        tests = int(fetched.sum()) * params.GROUPS
         if h.raster == "candidates":
             tests = int(raster.candidates.sum())
         order = self.order
@@ -193,30 +179,45 @@ class Accelerator:
 
     def _sort_cycles(self, frame: Frame, n: np.ndarray) -> tuple[np.ndarray, int]:
         """(nominal cycles int64[T] of the tiles' sorts, kind of job)."""
+        chunk = self.settings.chunk
         if self.hardware.scratch:
-            return np.where(n > 0, n + chunk_sort_cycles(n), 2), HIERARCHICAL
+            return np.where(n > 0, n + chunk_sort_cycles(n, chunk), 2), HIERARCHICAL
         if frame.sorting in ("frozen", "background"):
             return np.full(len(n), 2, np.int64), NONE
         if frame.sorting == "hierarchical":
             total = frame.table.lengths + frame.incoming.lengths
-            return np.where(total > 0, total + chunk_sort_cycles(total), 2), HIERARCHICAL
+            return np.where(total > 0, total + chunk_sort_cycles(total, chunk), 2), HIERARCHICAL
         incoming = frame.incoming.offsets, frame.incoming.words
         table = frame.table.offsets, frame.table.words
         if self.hardware.late_sort:
             table = np.zeros_like(frame.table.offsets), np.zeros(0, np.int64)
-        return slice.sort_jobs(table, incoming, frame.first)[0], REUSE
+        return slice.sort_jobs(table, incoming, frame.firsts, chunk=chunk)[0], REUSE
 
-    def _raster(self, frame, small, offsets, fetch, heads, starts, table_n, in_n):
+    def _keys(self, frame: Frame) -> Keys:
+        """The records of valid entries, read for new keys of the tables, tile by tile on the cores that sort them."""
+        h, table = self.hardware, frame.table
+        behind = np.concatenate(([0], np.cumsum(table.words < INVALID)))  # valid entries in front of each
+        valid = table.words[table.words < INVALID]
+        fetch = record_cache.fetch(
+            behind[table.offsets], indices_of(valid), self.stored.place, self.at.features[self.number & 1],
+            h.record_stride, [self.order[core :: h.slices] for core in range(h.slices)], h.cache_kb, h.cache_shared,
+            self.formats.record_bytes, self.settings.chunk,
+        )  # fmt: skip
+        return Keys(table.offsets, fetch.line_at[behind], fetch.lines)
+
+    def _raster(self, frame, small, offsets, fetched, fetch, heads, starts, table_n, in_n):
         h, core, n = self.hardware, self.core, np.diff(offsets)
-        first = frame.first if core == raster_state.CANDIDATES else params.CHUNK
+        first = frame.firsts[-1] if h.late_sort else params.CHUNK
+        length = self.batch
         result = frame.raster
         hits = np.zeros((1, params.GROUPS, params.UNITS), np.uint16)
-        candidates = np.zeros((1, params.GROUPS, late_core.BLOCKS), np.uint8)
+        candidates = np.zeros((1, params.GROUPS, 1), np.uint8)
         batch_at, counts = result.batch_offsets, result.counts
         if core == raster_state.CANDIDATES:
             hits, candidates = late_core.work(
-                result, offsets, frame.features, tiles_of(self.width, self.height), self.width, self.height, first
-            )
+                result, offsets, frame.features, tiles_of(self.width, self.height), self.width, self.height,
+                first, length,
+            )  # fmt: skip
         if small is not None:
             batch_at, counts = _small_counts(small, n, result)
         cycles = np.zeros(1, np.int64)
@@ -224,7 +225,7 @@ class Accelerator:
             blend = counts.max(axis=2).sum(axis=1) * params.BEATS if h.charge_imbalance else _even(counts)
             cycles = blend.astype(np.int64)
             if h.raster == "groups" and h.charge_tests:
-                cycles = np.maximum(cycles, _entries(n, batch_at) * params.GROUPS)
+                cycles = np.maximum(cycles, _entries(fetched, batch_at, first, length) * params.GROUPS)
         if not len(counts):
             counts = np.zeros((1, params.GROUPS, params.UNITS), np.uint16)
         side = h.tile
@@ -248,7 +249,7 @@ class Accelerator:
             writes = out_start
         sizes = np.array([h.entry_bytes, self.formats.incoming_bytes], np.int64)
         return raster_state.Raster(
-            core, first, sizes, np.asarray(offsets, np.int64),
+            core, first, length, sizes, np.asarray(offsets, np.int64), np.asarray(fetched, np.int64),
             table_start if h.late_sort else out_start, scratch, table_n if h.late_sort else n,
             in_n if h.late_sort else np.zeros_like(n), fetch.line_at, fetch.lines, heads, batch_at, hits, counts,
             candidates, cycles, writes, beats, rows, *self.lanes,
@@ -274,10 +275,12 @@ def _even(counts: np.ndarray) -> np.ndarray:
     return -(-counts.sum(axis=(1, 2)).astype(np.int64) * params.BEATS // params.UNITS)
 
 
-def _entries(n: np.ndarray, batch_at: np.ndarray) -> np.ndarray:
-    """Entries of each batch of tables of n entries."""
+def _entries(n: np.ndarray, batch_at: np.ndarray, first: int, length: int) -> np.ndarray:
+    """Entries of each batch of tables of which n entries are drawn."""
     batch = np.arange(batch_at[-1]) - np.repeat(batch_at[:-1], np.diff(batch_at))
-    return np.minimum(np.repeat(n, np.diff(batch_at)) - batch * params.CHUNK, params.CHUNK)
+    begin = np.where(batch > 0, first + (batch - 1) * length, 0)
+    most = np.where(batch > 0, length, first)
+    return np.clip(np.repeat(n, np.diff(batch_at)) - begin, 0, most)
 
 
 def _small_counts(small: tiles16.Tiles16, n: np.ndarray, result) -> tuple[np.ndarray, np.ndarray]:

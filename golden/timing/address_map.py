@@ -33,6 +33,7 @@ class Formats:
     clusters: bool = False  # blocks are culled whole by their bounding sphere
     membership: bool = True  # "was it in the tile's last table?" is answered from memory; False: every pair is listed
     record_stride: int = 32  # bytes from one feature record to the next
+    record_bytes: int = params.RECORD_BYTES  # of it that are used
     incoming_bytes: int = params.ENTRY_BYTES  # of an entry that preprocessing lists
     incoming_lines: str = "combined"  # or "artifact": three lines an entry, as the paper's simulator counts
     combine_lines: int = 64  # lines of the write-combining buffer in front of the incoming lists
@@ -60,6 +61,12 @@ class Formats:
     @property
     def rest_step(self) -> int:
         return self.rest_stride or self.rest_bytes
+
+
+def record_bytes(predicted: bool) -> int:
+    """Bytes of a feature record, whole beats. predicted: it holds a second key, for the camera of the next frame."""
+    bits = sum(width for _, width in params.RECORD_FIELDS) + params.KEY_W
+    return max(params.RECORD_BYTES, -(-bits // 64) * 8) if predicted else params.RECORD_BYTES
 
 
 @dataclass(frozen=True)

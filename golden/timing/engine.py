@@ -149,6 +149,7 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
     trace.ready[:] = NEVER
     trace.started[:] = NEVER
     lane_piece = np.zeros(slices * cores, np.int64)
+    lane_total = np.zeros(slices * cores, np.int64)  # weight of the job
     lane_done = np.zeros(slices * cores, np.int64)  # weight behind
     lane_slip = np.zeros(slices * cores, np.int64)
     lane_before = np.zeros(slices * cores, np.int64)
@@ -177,7 +178,9 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
             trace.slice[place] = s
             trace.accepted[place] = now
             lane = s * cores + k % cores
-            lane_piece[lane] = jobs.piece_at[order[place]]
+            first, last = jobs.piece_at[order[place]], jobs.piece_at[order[place] + 1]
+            lane_piece[lane] = first
+            lane_total[lane] = max(jobs.weight[first:last].sum(), 1)
             lane_done[lane] = 0
             lane_slip[lane] = 0
             lane_before[lane] = 0
@@ -193,8 +196,7 @@ def run(begin, preprocess, order, jobs, raster, memory, slices, cores, trace):
             k -= (k - lane % cores) % cores
             place = mine[s, k]
             tile = order[place]
-            first, last = jobs.piece_at[tile], jobs.piece_at[tile + 1]
-            total = max(jobs.weight[first:last].sum(), 1)
+            last, total = jobs.piece_at[tile + 1], lane_total[lane]
             piece = lane_piece[lane]
             if piece < last:
                 length = jobs.cycles[tile] * jobs.weight[piece] // total

@@ -11,10 +11,22 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from golden import params
+from golden import dma, params
 from golden.timing.dram import LINE
 
 REUSE, SCRATCH, HIERARCHICAL, NONE = range(4)
+ROUND_TRIP = 2 * dma.LATENCY.read + dma.LATENCY.write  # entries, their records, entries written
+
+
+class Keys(NamedTuple):
+    """Records that are read for this frame's keys of all entries of all tables; empty: tables keep their keys."""
+
+    entry_at: np.ndarray  # int64[T + 1] entries of each table
+    line_at: np.ndarray  # int64[E + 1] lines that an entry reads
+    line: np.ndarray  # int64[..]
+
+
+NO_KEYS = Keys(*np.zeros((3, 0), np.int64))
 
 
 class Jobs(NamedTuple):
@@ -61,11 +73,26 @@ def _pass(out, at, a, a_n, b, b_n, to, size, chunk):
 
 
 @numba.njit(cache=True)
-def _tile(out, at, kind, table_n, in_n, table, incoming, scratch, to, size, chunk):
-    """Pieces of one job, as sort_sequencer.commands orders them; HIERARCHICAL reads and writes the whole list twice."""
+def _renew(out, at, keys, tile, table, size, chunk):
+    """A pass that gives every entry of a table the key of its record: chunk by chunk entries, records, entries."""
+    first, last = keys.entry_at[tile], keys.entry_at[tile + 1]
+    for begin in range(first, last, chunk):
+        end = min(begin + chunk, last)
+        at = _piece(out, at, table + (begin - first) * size, table + (end - first) * size, False, end - begin)
+        for line in keys.line[keys.line_at[begin] : keys.line_at[end]]:
+            at = _piece(out, at, line * LINE, (line + 1) * LINE, False, 0)
+        at = _piece(out, at, table + (begin - first) * size, table + (end - first) * size, True, 0)
+    return at
+
+
+@numba.njit(cache=True)
+def _tile(out, at, kind, table_n, in_n, table, incoming, scratch, to, size, chunk, passes):
+    """Pieces of one job, as sort_lane.run_job orders them; HIERARCHICAL reads and writes the whole list twice."""
     runs, other = incoming, scratch
     if kind == NONE:
         return at
+    for _ in range(passes - 1):
+        at = _pass(out, at, table, table_n, 0, 0, table, size, chunk)
     if kind == HIERARCHICAL:
         n = table_n + in_n
         at = _pass(out, at, table, table_n, incoming, in_n, scratch, size, chunk)  # coarse: into buckets
@@ -86,20 +113,26 @@ def _tile(out, at, kind, table_n, in_n, table, incoming, scratch, to, size, chun
 
 
 @numba.njit(cache=True)
-def _all(out, piece_at, kind, table_n, in_n, table, incoming, scratch, to, size, chunk):
+def _all(out, piece_at, kind, table_n, in_n, table, incoming, scratch, to, size, chunk, passes, keys):
     at = 0
     for t in range(len(table_n)):
         piece_at[t] = at
-        at = _tile(out, at, kind, table_n[t], in_n[t], table[t], incoming[t], scratch[t], to[t], size, chunk)
+        if len(keys.entry_at):
+            at = _renew(out, at, keys, t, table[t], size, chunk)
+        at = _tile(out, at, kind, table_n[t], in_n[t], table[t], incoming[t], scratch[t], to[t], size, chunk, passes)
     piece_at[len(table_n)] = at
     return at
 
 
-def jobs(kind: int, cycles, table_n, in_n, table, incoming, scratch, to, size: int = params.ENTRY_BYTES) -> Jobs:
+def jobs(
+    kind: int, cycles, table_n, in_n, table, incoming, scratch, to, size: int = params.ENTRY_BYTES,
+    chunk: int = params.CHUNK, passes: int = 1, keys: Keys = NO_KEYS,
+) -> Jobs:  # fmt: skip
     """Jobs of T tiles.
 
     cycles, table_n, in_n int64[T]: nominal cycles, entries of the table and of the incoming list; table, incoming,
-    scratch, to int64[T]: byte addresses; size: bytes of an entry.
+    scratch, to int64[T]: byte addresses; size: bytes of an entry. chunk: entries sorted on chip at once; passes: over a
+    table, the last one merges. keys: what a pass in front of them reads (renew_cycles).
     """
     lists = [np.ascontiguousarray(x, np.int64) for x in (table_n, in_n, table, incoming, scratch, to)]
     piece_at = np.zeros(len(lists[0]) + 1, np.int64)
@@ -110,16 +143,21 @@ def jobs(kind: int, cycles, table_n, in_n, table, incoming, scratch, to, size: i
             np.asarray(cycles, np.int64), piece_at, np.zeros(count, np.int64), np.zeros(count, np.int64),
             np.zeros(count, np.bool_), np.zeros(count, np.int64),
         )  # fmt: skip
-        count = _all(out, piece_at, kind, *lists, size, params.CHUNK)
+        count = _all(out, piece_at, kind, *lists, size, chunk, passes, keys)
     return out
 
 
-def chunk_sort_cycles(n: np.ndarray) -> np.ndarray:
+def renew_cycles(n: np.ndarray) -> np.ndarray:
+    """Cycles in which a sorting core gives n entries of a table new keys: one a cycle, and the memory's answers."""
+    return np.where(n > 0, n + ROUND_TRIP, 0)
+
+
+def chunk_sort_cycles(n: np.ndarray, chunk: int = params.CHUNK) -> np.ndarray:
     """Cycles in which a sorting core of GSCore's kind sorts n entries on chip: n for each doubling of runs of 16.
 
     The paper's simulator charges ceil(log2(n / 16)) * n cycles for a chunk, n below 16.
     """
     n = np.asarray(n, np.int64)
-    whole, rest = n // params.CHUNK, n % params.CHUNK
+    whole, rest = n // chunk, n % chunk
     levels = np.ceil(np.log2(np.maximum(rest, 1) / params.SORT_N)).clip(1).astype(np.int64)
-    return whole * params.CHUNK * int(np.log2(params.CHUNK / params.SORT_N)) + levels * rest
+    return whole * chunk * int(np.log2(chunk / params.SORT_N)) + levels * rest

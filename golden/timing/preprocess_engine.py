@@ -71,8 +71,8 @@ def preprocess(
     )
     steps = Steps(
         f.position_stride, f.rest_step, f.rest_bytes, f.harmonics_bytes, f.split, f.membership, f.clusters,
-        f.record_stride, f.incoming_bytes, f.incoming_lines == "artifact", f.combine_lines, colour_cycles(f.degree),
-        units,
+        f.record_stride, f.record_bytes, f.incoming_bytes, f.incoming_lines == "artifact", f.combine_lines,
+        colour_cycles(f.degree), units,
     )  # fmt: skip
     bases = Bases(
         at.positions, at.rest, at.harmonics, at.colours, at.clusters, at.blocks[1 - this], at.blocks[this],

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from golden import params
 from golden.timing.address_map import (
     BLOCK,
     COLOUR_BYTES,
@@ -58,6 +57,7 @@ class Steps(NamedTuple):
     membership: bool
     clusters: bool
     record: int
+    record_size: int
     entry: int
     artifact: bool
     combine: int  # lines
@@ -159,7 +159,7 @@ def _write(b, who, steps, bases, by_place, buffer, list_at, members, cursor, out
     first, end = b * BLOCK, min((b + 1) * BLOCK, n)
     final = end == n
     begin = at
-    at = _chosen(out, at, bases.features, steps.record, params.RECORD_BYTES, who.order, who.record, first, end)
+    at = _chosen(out, at, bases.features, steps.record, steps.record_size, who.order, who.record, first, end)
     lines[_RECORDS, 1] += at - begin
     if steps.split:
         begin = at

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from golden import dma, params
+from golden import dma
 from golden.raster_core import late_timing, raster_lane, timing
 from golden.raster_core.late_timing import BATCH_N, BLENDED, PX_N, SORTED
 from golden.raster_core.raster_lane import TILES
@@ -60,7 +60,7 @@ def begin(raster, s, tile, offered, memory):
     state[FETCHED] = -1
     state[LISTED] = listed
     state[OFFERED] = listed
-    state[THERE] = _list(raster, s, tile, 0, listed, memory)
+    state[THERE] = _list(raster, tile, *_range(raster, tile, 0)[:2], listed, memory)
     return taken
 
 
@@ -81,16 +81,15 @@ def next_time(raster, s, now):
 @numba.njit(cache=True)
 def _range(raster, tile, batch):
     """(first entry, entries, is it the tile's last) of a batch."""
-    n = raster.entry_at[tile + 1] - raster.entry_at[tile]
-    entry = raster.first + (batch - 1) * params.CHUNK if batch else 0
-    most = params.CHUNK if batch else raster.first
+    n = raster.fetched[tile]
+    entry = raster.first + (batch - 1) * raster.length if batch else 0
+    most = raster.length if batch else raster.first
     return entry, max(min(most, n - entry), 0), n - entry < most
 
 
 @numba.njit(cache=True)
-def _list(raster, s, tile, batch, ask, memory):
-    """Asks in cycle `ask` for a batch's part of the lists; returns when it is there."""
-    entry, m, _ = _range(raster, tile, batch)
+def _list(raster, tile, entry, m, ask, memory):
+    """Asks in cycle `ask` for the part of the lists that m entries from `entry` on are; returns when it is there."""
     n = raster.entry_at[tile + 1] - raster.entry_at[tile]
     there = ask
     lists = (
@@ -145,7 +144,7 @@ def _open(raster, s, tile, now, memory):
         if not memory.fixed:
             offered[k] = max(offered[k], state[THERE] + 1)
     if not over:
-        state[THERE] = _list(raster, s, tile, b + 1, now, memory)
+        state[THERE] = _list(raster, tile, *_range(raster, tile, b + 1)[:2], now, memory)
     if raster.core == GROUPS:
         heads = raster.heads[raster.entry_at[tile] + entry : raster.entry_at[tile] + entry + m]
         state[FILL] = raster_lane.request_batch(unit, offered[: m + 1 if over else m], heads, asked[:m])
@@ -160,6 +159,18 @@ def _open(raster, s, tile, now, memory):
         state[LIST_FREE] = dma.list_next(fill - 1)
     state[FETCHED] = 0
     state[SIZE] = m
+
+
+@numba.njit(cache=True)
+def _pass_on(raster, s, tile, cycle, memory):
+    """Entries behind the last batch that is drawn are merged and written back as they are, an entry a cycle."""
+    fetched = raster.fetched[tile]
+    rest = raster.entry_at[tile + 1] - raster.entry_at[tile] - fetched
+    if rest:
+        end = _list(raster, tile, fetched, rest, cycle, memory) + rest
+        size = raster.size[0]
+        push(raster, s, end, raster.out[tile] + fetched * size, raster.out[tile] + (fetched + rest) * size)
+        raster.state[s, LAST_BLOCK] = end
 
 
 @numba.njit(cache=True)
@@ -213,6 +224,8 @@ def batch(raster, s, tile, now, memory):
         push(raster, s, block[0], to, to + m * raster.size[0])
         dma.write_block(block[0], m, to, dma.DRAWN_TABLE, raster.ports[s], NOMINAL)
     state[LAST_BLOCK] = block[1]
+    if over and raster.out[tile] not in (-1, raster.table[tile]):
+        _pass_on(raster, s, tile, block[1], memory)
     state[BATCH] = b + 1
     state[FETCHED] = -1
     return over

@@ -40,8 +40,10 @@ class Raster(NamedTuple):
 
     core: int  # GROUPS, CANDIDATES, SIMPLE
     first: int  # entries of a tile's first batch
+    length: int  # entries of its other batches
     size: np.ndarray  # int64[2] bytes of an entry: of the table, of the second list
     entry_at: np.ndarray  # int64[T + 1]
+    fetched: np.ndarray  # int64[T] entries that are drawn; those behind them stay as they are
     table: np.ndarray  # int64[T] byte address of the list
     incoming: np.ndarray  # int64[T] byte address of the second list
     table_n: np.ndarray  # int64[T] entries of the list, those that are dropped included
@@ -52,7 +54,7 @@ class Raster(NamedTuple):
     batch_at: np.ndarray  # int64[T + 1]
     hits: np.ndarray  # [B, GROUPS, UNITS] list lengths; CANDIDATES only
     counts: np.ndarray  # [B, GROUPS, UNITS] operations
-    candidates: np.ndarray  # [B, GROUPS, BLOCKS]; CANDIDATES only
+    candidates: np.ndarray  # [B, GROUPS, words]; CANDIDATES only
     cycles: np.ndarray  # int64[B]; SIMPLE only
     out: np.ndarray  # int64[T] byte address of the table written back, -1: none is
     beats: np.ndarray  # int64[T] of pixels
@@ -61,23 +63,25 @@ class Raster(NamedTuple):
     dones: np.ndarray  # int64[S, TILES]
     ports: np.ndarray  # int64[S, ..] of golden/dma.py, for the nominal answers to what is written
     unit: np.ndarray  # int64[S, ..] state of the lane or the core
-    asked: np.ndarray  # int64[S, CHUNK] when the batch's records are asked for
-    arrived: np.ndarray  # int64[S, CHUNK] when they are there
-    offered: np.ndarray  # int64[S, CHUNK + 1] when its entries are
+    asked: np.ndarray  # int64[S, length] when the batch's records are asked for
+    arrived: np.ndarray  # int64[S, length] when they are there
+    offered: np.ndarray  # int64[S, length + 1] when its entries are
     ring: np.ndarray  # int64[S, OUTSTANDING + 1] answers of the last reads; place of the next
     queue: np.ndarray  # int64[S, QUEUE, 3] cycle, line, lines
     lost: np.ndarray  # int64[S, CAUSES_N]
 
 
-def new_state(core: int, slices: int, origin: int):
-    """The last fields of Raster, of raster lanes that are out of reset from cycle `origin` on."""
+def new_state(core: int, slices: int, origin: int, length: int = params.CHUNK):
+    """The last fields of Raster, of raster lanes that are out of reset from cycle `origin` on.
+
+    length: entries of a batch, where CANDIDATES sorts them.
+    """
     state = np.zeros((slices, STATE_N), np.int64)
     state[:, [LIST_FREE, BLEND_END, RECORD, FREE_A, FREE_B]] = origin
-    make = late_timing.new_state if core == CANDIDATES else raster_lane.new_state
-    unit = np.stack([make(origin) for _ in range(slices)])
+    unit = late_timing.new_state(origin, length) if core == CANDIDATES else raster_lane.new_state(origin)
     return (
-        state, np.full((slices, TILES), origin - 1, np.int64), np.stack([dma.new_ports()] * slices), unit,
-        *np.zeros((2, slices, params.CHUNK), np.int64), np.zeros((slices, params.CHUNK + 1), np.int64),
+        state, np.full((slices, TILES), origin - 1, np.int64), np.stack([dma.new_ports()] * slices),
+        np.stack([unit] * slices), *np.zeros((2, slices, length), np.int64), np.zeros((slices, length + 1), np.int64),
         np.zeros((slices, OUTSTANDING + 1), np.int64), np.zeros((slices, QUEUE, 3), np.int64),
         np.zeros((slices, CAUSES_N), np.int64),
     )  # fmt: skip

@@ -41,13 +41,18 @@ def fetch(
     visits: list[np.ndarray],
     cache_kb: int = 0,
     shared: bool = False,
+    size: int = params.RECORD_BYTES,
+    batch: int = params.CHUNK,
+    fetched: np.ndarray | None = None,
     ways: int = WAYS,
 ) -> Fetch:
     """Lines of every entry that a core visits; entries of tiles that no core visits fetch nothing.
 
     offsets int64[T + 1], index [E]: the Gaussians of each tile's table in drawing order; place [N]: where a Gaussian's
     record lies; base: byte address of the feature table, a multiple of LINE; visits: for each raster core its tiles in
-    order; cache_kb: KB of all caches together; shared: it is one cache.
+    order; cache_kb: KB of all caches together; shared: it is one cache. size: bytes of a record; batch: entries behind
+    which it is the next core's turn. fetched int64[T]: entries of each tile whose records are fetched, from its first
+    on; default: all.
     """
     cores = len(visits)
     caches = 1 if shared else max(cores, 1)
@@ -61,7 +66,8 @@ def fetch(
     index = np.ascontiguousarray(index, np.int64)
     place = np.ascontiguousarray(place, np.int64)
     need = np.zeros(len(index), np.uint8)
-    asked = _need(offsets, index, place, base, stride, visit_at, tiles, caches, sets, ways, need)
+    ends = offsets[1:] if fetched is None else offsets[:-1] + fetched
+    asked = _need(offsets, ends, batch, index, place, base, stride, size, visit_at, tiles, caches, sets, ways, need)
     line_at = np.zeros(len(index) + 1, np.int64)
     _count(need, line_at)
     lines = np.empty(line_at[-1], np.int64)
@@ -84,7 +90,7 @@ def _missed(tags, row, line):
 
 
 @numba.njit(parallel=True, cache=True)
-def _need(offsets, index, place, base, stride, visit_at, tiles, caches, sets, ways, need):
+def _need(offsets, ends, batch, index, place, base, stride, size, visit_at, tiles, caches, sets, ways, need):
     """Sets bits of need[e]: 1 the record's first line is fetched, 2 its second. Returns the lines asked for."""
     each = (len(visit_at) - 1) // caches  # cores of a cache
     asked = np.zeros(caches, np.int64)
@@ -99,19 +105,19 @@ def _need(offsets, index, place, base, stride, visit_at, tiles, caches, sets, wa
                 if visit[k] == visit_at[cache * each + k + 1]:
                     continue
                 busy = True
-                begin, end = offsets[tiles[visit[k]]] + at[k], offsets[tiles[visit[k]] + 1]
-                stop = min(begin + params.CHUNK, end)
+                begin, end = offsets[tiles[visit[k]]] + at[k], ends[tiles[visit[k]]]
+                stop = min(begin + batch, end)
                 for e in range(begin, stop):
                     byte = base + place[index[e]] * stride
                     first = byte // LINE
-                    last = (byte + params.RECORD_BYTES - 1) // LINE
+                    last = (byte + size - 1) // LINE
                     bits = 0
                     for line in range(first, last + 1):
                         if sets == 0 or _missed(tags, line % sets, line):
                             bits |= 1 << (line - first)
                     need[e] = bits
                     asked[cache] += last - first + 1
-                at[k] += params.CHUNK
+                at[k] += batch
                 if stop == end:
                     visit[k] += 1
                     at[k] = 0

@@ -19,7 +19,7 @@ from golden.report.stats import Output, frame_record
 from golden.settings import Settings
 from golden.timing import gpu, hardware, memory, raster_state, tiles16
 from golden.timing.accelerator import Accelerator
-from golden.timing.address_map import LINE
+from golden.timing.address_map import LINE, record_bytes
 from golden.timing.hardware import Hardware
 
 CLOCK = 1e9  # core cycles a second
@@ -34,18 +34,33 @@ def strategy(machine: Hardware, sorting: str | None) -> str:
     return sorting or "reuse"
 
 
+def check(machine: Hardware, settings: Settings) -> None:
+    """InputError where a hardware cannot do what a setting of the golden model asks for."""
+    record = record_bytes(settings.depth == "predicted")
+    late = machine.late_sort and machine.raster == "groups"
+    rules = (
+        (f"refresh={settings.refresh}", settings.refresh != "all" and machine.tile != params.TILE, "tile=64"),
+        (f"depth={settings.depth}", record > machine.record_stride, f"record_stride={record} or more"),
+        (f"chunk={settings.chunk}", late and settings.chunk != params.CHUNK, "raster=candidates where the core sorts"),
+    )
+    for what, broken, wanted in rules:
+        if broken:
+            raise InputError(f"--set {what}: wants {wanted}")
+
+
 class Run:
     """One accelerator over the frames of a job; `add` takes each frame as it is drawn, `finish` the last."""
 
     def __init__(self, job, machine: Hardware, sorting: str):
         if not is_late(machine, sorting):
             machine = replace(machine, late_sort=False, entry_bytes=max(machine.entry_bytes, params.ENTRY_BYTES))
+        check(machine, job.settings)
         self.job, self.machine, self.sorting = job, machine, sorting
         camera = job.cameras[0]
         self.size = camera.width, camera.height
         self.accelerator = None
         if machine.raster != "gpu":
-            self.accelerator = Accelerator(machine, job.gaussians, *self.size, job.settings.colour_every)
+            self.accelerator = Accelerator(machine, job.gaussians, *self.size, job.settings)
         self.held = None  # preprocess_ahead: drawn when the next frame is preprocessed
         self.lead = 0  # cycles of the first frame's preprocessing
         self.records: list[dict] = []
@@ -70,7 +85,7 @@ class Run:
         entries = tiles16.boxes(frame.projection, *self.size).square
         worked = frame.raster.scu_ops.sum() / max(frame.raster.pairs.sum(), 1)
         gaussians = self.job.gaussians
-        degree = int(np.sqrt(gaussians.sh.shape[1])) - 1
+        degree = min(gaussians.degree, self.job.settings.sh_degree)
         cost = gpu.frame(len(gaussians), degree, int(frame.features.visible.sum()), entries, *self.size, worked)
         stages = {stage: round(seconds * CLOCK) for stage, seconds in cost.seconds.items()}
         return {"cycles": sum(stages.values()), "stage_cycles": stages, "bytes": cost.bytes}

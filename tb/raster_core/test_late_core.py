@@ -234,7 +234,7 @@ async def test_two_tiles_of_a_moving_room(dut):
     assert lengths[chosen].min() > 20
     words = [frame.merged.tile(tile) for tile in chosen]
     lists = np.concatenate(([0], np.cumsum(lengths[chosen]))), np.concatenate(words)
-    await run(dut, frame.features, lists, tiles_of(*size)[chosen], size, frame.first)
+    await run(dut, frame.features, lists, tiles_of(*size)[chosen], size, frame.firsts[-1])
 
 
 @cocotb.test(skip=FOUR_STATE)

@@ -63,7 +63,7 @@ def _timing(job: Job) -> Callable:
     renderer = Renderer(job.gaussians, job.settings)
     camera = job.cameras[0]
     one = replace(HARDWARE["neo"], slices=1, record_stride=24)
-    accelerator = Accelerator(one, job.gaussians, camera.width, camera.height)
+    accelerator = Accelerator(one, job.gaussians, camera.width, camera.height, job.settings)
 
     def frame(index: int):
         begin = time.perf_counter()

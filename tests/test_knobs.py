@@ -1,0 +1,383 @@
+"""The knobs of sorting and refresh: what each does to the tables, and what it adds to a frame or takes from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from golden import params, scene, tables
+from golden.cameras.camera import extrapolate
+from golden.cosim import compare
+from golden.errors import InputError
+from golden.frame import Frame, Renderer, tiles_of
+from golden.raster_core.raster_core import rasterise
+from golden.records import INVALID, indices_of, keys_of
+from golden.settings import CHUNKS, Settings, parse
+from golden.slice import sort_jobs
+from golden.sorting_core import sort_lane, sorting_core
+from golden.tables import Lists
+from golden.timing import jobs, memory, simulate
+from golden.timing.accelerator import Accelerator
+from golden.timing.address_map import LINE, list_lines
+from golden.timing.hardware import HARDWARE, configure
+from tests.hard_cases.setting import camera_a, gaussians, merge, yaw
+from tests.hard_cases.test_tables import check_invariants, crowd
+
+SIZE = 128, 128
+NEO = HARDWARE["neo"]
+
+
+def track(count: int, degrees: float = 1.0) -> list:
+    return [camera_a(rotation=yaw(degrees * step), position=(0.02 * step, 0, 0)) for step in range(count)]
+
+
+def frames(cameras: list, shown=None, sorting: str = "reuse", late: bool = False, **keys) -> list[Frame]:
+    shown = crowd(31, 3000) if shown is None else shown
+    renderer = Renderer(shown, Settings(**keys), sorting, late)
+    return [renderer.frame(camera) for camera in cameras]
+
+
+def same(a: Frame, b: Frame) -> bool:
+    return np.array_equal(a.order.words, b.order.words) and np.array_equal(a.raster.value, b.raster.value)
+
+
+def check_order(frame: Frame, exact: Frame) -> None:
+    """What both list is in the same order and has the same keys; `exact` lists nothing else."""
+    for t in range(4):
+        words = frame.order.tile(t)
+        assert np.array_equal(words[np.isin(words, exact.order.tile(t))], exact.order.tile(t))
+
+
+def pair(lists: Lists) -> tuple[np.ndarray, np.ndarray]:
+    return lists.offsets, lists.words
+
+
+def walls(n: int = 3):
+    """A crowd behind opaque layers: every tile is done within a batch."""
+    means = [(0, 0, 0.3 + 0.01 * k) for k in range(n)]
+    return merge(crowd(32, 6000), gaussians(means, scales=3.0, opacities=0.99, colours=0.5))
+
+
+# ---- passes
+
+
+def test_passes_are_golden_passes_one_behind_the_other():
+    for number, frame in enumerate(frames(track(4, 2.0), passes=3)):
+        check_invariants(frame)
+        assert frame.firsts == tuple(sorting_core.first_length(3 * number + k) for k in range(3))
+        for t in range(4):
+            table = frame.table.tile(t)
+            for first in frame.firsts[:-1]:
+                table = sorting_core.sort(table, np.zeros(0, np.int64), first)
+            want = sorting_core.sort(table, np.sort(frame.incoming.tile(t)), frame.firsts[-1])
+            assert np.array_equal(frame.order.tile(t), want)
+
+
+def test_a_pass_more_costs_a_job_of_its_own():
+    """Cycles are those of jobs that the RTL does: the table alone, then what came of it with the incoming entries."""
+    *_, frame = frames(track(3, 2.0), passes=2)
+    cycles, words = sort_jobs(pair(frame.table), pair(frame.incoming), frame.firsts)
+    none = np.zeros(0, np.int64)
+    for t in range(4):
+        assert np.array_equal(words[t], frame.order.tile(t))
+        alone, table = sort_lane.job(frame.table.tile(t), none, frame.firsts[0])
+        behind, _ = sort_lane.job(table, frame.incoming.tile(t), frame.firsts[1])
+        assert cycles[t] == alone + behind - 2
+
+
+def test_a_pass_more_reads_and_writes_the_table_once_more():
+    *_, frame = frames(track(3, 2.0), passes=2)
+    one, two = (drawn(frame, passes=count).jobs for count in (1, 2))
+    for write in (False, True):
+        entries = frame.table.lengths.sum() * params.ENTRY_BYTES
+        more = lines(two, write) - lines(one, write)
+        assert list_lines(frame.table.lengths, params.ENTRY_BYTES) <= more <= entries // LINE + 2 * len(two.line)
+
+
+def drawn(frame: Frame, machine=NEO, shown=None, **keys):
+    """A frame as an accelerator works on it, its first."""
+    keys.setdefault("chunk", params.CHUNK)
+    firsts = tuple(sorting_core.first_length(k, keys["chunk"]) for k in range(keys.get("passes", 1)))
+    shown = crowd(31, 3000) if shown is None else shown
+    return Accelerator(machine, shown, *SIZE, Settings(**keys)).prepare(replace(frame, firsts=firsts))
+
+
+def valid(frame: Frame) -> int:
+    """Entries of the tables that are not dropped."""
+    return int(np.count_nonzero(frame.table.words < INVALID))
+
+
+def lines(job: jobs.Jobs, write: bool) -> int:
+    return int(job.lines[job.write == write].sum())
+
+
+# ---- depth
+
+
+def test_fresh_keys_sorted_whole_are_the_exact_order():
+    cameras = track(4, 2.0)
+    for fresh, full in zip(
+        frames(cameras, sorting="hierarchical", depth="fresh"), frames(cameras, sorting="full"), strict=True
+    ):
+        check_order(fresh, full)
+        assert np.array_equal(fresh.raster.value, full.raster.value)
+
+
+def test_fresh_keys_are_those_of_the_frame_and_stale_ones_a_frame_late():
+    cameras = track(3, 2.0)
+    fresh, stale = frames(cameras, depth="fresh"), frames(cameras)
+    for frame in fresh:
+        check_invariants(frame)
+        assert np.array_equal(keys_of(frame.order.words), frame.features.key[indices_of(frame.order.words)])
+    before = stale[1].features.key[indices_of(stale[2].table.words)]
+    assert np.array_equal(keys_of(stale[2].table.words), before)
+    assert not np.array_equal(stale[2].features.key[indices_of(stale[2].table.words)], before)
+
+
+def test_at_rest_deferred_keys_are_fresh_after_one_frame():
+    """Lists shorter than half a chunk, so that only keys and not chunks can make a difference."""
+    cameras = [*track(3, 3.0), *[track(3, 3.0)[-1]] * 2]
+    few = crowd(33, 110)
+    fresh, stale = (frames(cameras, few, depth=depth) for depth in ("fresh", "deferred"))
+    assert max(int(frame.order.lengths.max()) for frame in fresh) <= params.CHUNK // 2
+    assert not same(fresh[2], stale[2])
+    assert same(fresh[3], stale[3]) and same(fresh[4], stale[4])
+
+
+def test_new_keys_cost_a_pass_over_the_table_and_the_line_of_each_record():
+    *_, frame = frames(track(3, 2.0), depth="fresh")
+    fresh, stale = (drawn(frame, depth=depth).jobs for depth in ("fresh", "deferred"))
+    table = list_lines(frame.table.lengths, params.ENTRY_BYTES)
+    assert lines(fresh, True) - lines(stale, True) == table
+    assert lines(fresh, False) - lines(stale, False) == table + valid(frame)  # records 32 bytes apart
+    assert np.array_equal(fresh.cycles - stale.cycles, jobs.renew_cycles(frame.table.lengths))
+    cached = drawn(frame, replace(NEO, cache_kb=128), depth="fresh").jobs
+    assert lines(cached, False) < lines(fresh, False)
+
+
+def test_the_memory_sees_the_pass_of_new_keys():
+    *_, frame = frames(track(3, 2.0), depth="fresh")
+    seen = {}
+    for depth in ("fresh", "deferred"):
+        accelerator = Accelerator(NEO, crowd(31, 3000), *SIZE, Settings(depth=depth))
+        work = accelerator.prepare(replace(frame, firsts=(128,)))
+        seen[depth] = accelerator.run(work.blocks, work)[0], accelerator.memory.lines[memory.SORTING].copy()
+    more = seen["fresh"][1] - seen["deferred"][1]
+    table = list_lines(frame.table.lengths, params.ENTRY_BYTES)
+    assert more.tolist() == [table + valid(frame), table]
+    assert seen["fresh"][0] > seen["deferred"][0]
+
+
+def test_at_constant_speed_predicted_keys_are_those_of_the_next_frame():
+    """Shifts of a power of two, so that the prediction has no rounding: the order is exact from the third frame on."""
+    cameras = [camera_a(position=(0, 0, -2 + 0.25 * step)) for step in range(6)]
+    predicted = frames(cameras, sorting="hierarchical", depth="predicted")
+    full = frames(cameras, sorting="full")
+    for frame, exact in zip(predicted[2:], full[2:], strict=True):
+        check_invariants(frame)
+        check_order(frame, exact)
+    stale = frames(cameras, sorting="hierarchical")[3]
+    assert not np.array_equal(stale.order.words, predicted[3].order.words)
+
+
+def test_the_predicted_camera_goes_on():
+    cameras = [camera_a(rotation=yaw(3 * step), position=(0.1 * step, 0, 1)) for step in range(3)]
+    following = extrapolate(*cameras[:2])
+    np.testing.assert_allclose(following.rotation, cameras[2].rotation, atol=1e-12)
+    np.testing.assert_allclose(following.position, cameras[2].position, atol=1e-12)
+
+
+def test_behind_a_cut_nothing_is_predicted():
+    renderer = Renderer(crowd(31, 3000), Settings(depth="predicted"))
+    for camera in track(3, 2.0):
+        renderer.frame(camera)
+    frame = renderer.frame(camera_a(rotation=yaw(90)))
+    assert frame.counters["full_frames"] == 1
+    hit = frame.written.words < INVALID
+    assert np.array_equal(frame.written.words[hit], frame.order.words[hit])
+
+
+# ---- chunk
+
+
+@pytest.mark.parametrize("chunk", CHUNKS)
+def test_tables_are_sorted_in_chunks_of_any_length(chunk):
+    result = frames(track(3, 2.0), chunk=chunk)
+    assert [frame.firsts for frame in result] == [(chunk // 2,), (chunk,), (chunk // 2,)]
+    frame = result[-1]
+    check_invariants(frame)
+    _, words = sort_jobs(pair(frame.table), pair(frame.incoming), frame.firsts, chunk=chunk)
+    assert all(np.array_equal(words[t], frame.order.tile(t)) for t in range(4))
+    for t in range(4):
+        valid = frame.table.tile(t)
+        for begin, end in sorting_core.ranges(len(valid), frame.firsts[0], chunk):
+            part = valid[begin:end]
+            kept = np.sort(part[part < INVALID])
+            assert np.array_equal(kept, frame.order.tile(t)[np.isin(frame.order.tile(t), kept)])
+
+
+def test_a_longer_chunk_costs_more_cycles_and_fewer_passes_from_scratch():
+    words = np.arange(4096, dtype=np.int64)[::-1].copy()
+    none = np.zeros(0, np.int64)
+    repair = [sort_lane.job(words, none, chunk, chunk=chunk)[0] for chunk in CHUNKS]
+    assert repair == sorted(repair)
+    for pair_of in pairwise(CHUNKS):
+        a, b = (sorting_core.pass_cycles(chunk) / chunk for chunk in pair_of)
+        assert 0.95 < b - a < 1.05  # one more pass over each entry
+    scratch = [len(sort_lane.commands(0, 4096, chunk, chunk)) for chunk in CHUNKS]
+    assert scratch == [1 + 4096 // chunk - 1 for chunk in CHUNKS]
+
+
+@pytest.mark.parametrize("chunk", CHUNKS)
+def test_late_sort_works_on_windows_of_a_chunk(chunk):
+    *_, frame = frames(track(3, 2.0), late=True, chunk=chunk)
+    check_invariants(frame)
+    first = frame.firsts[0]
+    drawn_again = tables.late_sort(frame.merged, frame.features.key, first, chunk)
+    assert np.array_equal(drawn_again.words, frame.order.words)
+    begins = np.diff(frame.raster.batch_offsets)
+    lengths = frame.order.lengths
+    assert np.array_equal(begins, np.where(lengths > 0, 1 + -(-np.maximum(lengths - first, 0) // chunk), 0))
+    machine = replace(HARDWARE["splatcore"], skip_blank=False)
+    accelerator = Accelerator(machine, crowd(31, 3000), *SIZE, Settings(chunk=chunk))
+    work = accelerator.prepare(frame)
+    assert accelerator.run(work.blocks, work)[0] > 0
+    assert accelerator.lanes[-1].sum() > 0
+
+
+# ---- refresh
+
+
+def test_without_a_tile_that_ends_every_refresh_is_the_same():
+    faint = replace(crowd(31, 3000), opacities=np.full(3000, 0.02))
+    cameras = track(4)
+    runs = [frames(cameras, faint, refresh=refresh) for refresh in ("all", "none", "every:2")]
+    for a, b, c in zip(*runs, strict=True):
+        assert a.counters == b.counters == c.counters and a.counters["stale_entries"] == 0
+        assert np.array_equal(a.written.words, b.written.words) and np.array_equal(a.written.words, c.written.words)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_what_is_left_out_lies_behind_the_end_of_every_pixel(late):
+    banks = 3 if late else 2
+    result = frames(track(3, 2.0), walls(), late=late, refresh="none")
+    assert sum(frame.counters["stale_entries"] for frame in result) > 0
+    for frame in result:
+        check_invariants(frame)
+        first = frame.firsts[0] if late else params.CHUNK
+        cuts = [0, first, *range(first + params.CHUNK, 10**5, params.CHUNK)]
+        for t, xy in enumerate(tiles_of(*SIZE)):
+            words, fetched = frame.order.tile(t), frame.raster.fetched[t]
+            want = len(words)
+            for batch in range(len(cuts) - 1):
+                part = words[: cuts[batch + 1]]
+                seen = rasterise((np.array([0, len(part)]), part), frame.features, xy, *SIZE).transmittance
+                x, y = xy
+                if (seen[y : y + 64, x : x + 64] < params.T_STOP).all():
+                    want = min(want, cuts[batch + banks])
+                    break
+                if cuts[batch + 1] >= len(words):
+                    break
+            assert fetched == want
+            stay = frame.written.tile(t)[fetched:]
+            assert np.array_equal(stay, frame.merged.tile(t)[fetched:]) and (stay < INVALID).all()
+        everything = rasterise(
+            pair(frame.order), frame.features, tiles_of(*SIZE), *SIZE, first=first, length=params.CHUNK
+        )
+        assert np.array_equal(everything.value, frame.raster.value)
+
+
+def test_every_kth_frame_refreshes_all():
+    result = frames(track(5), walls(), refresh="every:2")
+    assert [frame.counters["stale_entries"] == 0 for frame in result] == [True, False, True, False, True]
+    assert all(map(same, frames(track(3), walls(), refresh="every:1"), frames(track(3), walls())))
+
+
+@pytest.mark.parametrize("machine", ["neo", "neo-s", "gscore-64", "splatcore"])
+def test_what_is_not_refreshed_is_not_fetched(machine):
+    hardware = replace(HARDWARE[machine], cache_kb=0, record_stride=32, skip_blank=False)
+    late = bool(hardware.late_sort)
+    sorting = "full" if hardware.scratch else "reuse"
+    used = {}
+    for refresh in ("all", "none"):
+        frame = frames(track(1), walls(), sorting, late, refresh=refresh)[0]
+        accelerator = Accelerator(hardware, walls(), *SIZE, Settings(refresh=refresh))
+        work = accelerator.prepare(frame)
+        accelerator.run(work.blocks, work)
+        used[refresh] = accelerator.memory.lines[memory.RASTER].copy(), work.tests, len(work.after.read)
+    stale, fetched = frame.counters["stale_entries"], frame.raster.fetched
+    size = hardware.entry_bytes
+    lists = list_lines(frame.order.lengths, size) - list_lines(fetched, size)
+    (reads, writes), tests, after = (used["all"][k] - used["none"][k] for k in range(3))
+    assert stale > 0
+    # With late sort the lists pass through the raster core, whatever is drawn of them.
+    assert reads == stale if late else stale <= reads - lists <= stale + len(fetched)
+    if not hardware.scratch and not late and hardware.deferred_update:
+        assert lists - len(fetched) <= writes <= lists + len(fetched)
+    if late:
+        assert abs(writes) <= len(fetched)
+    if hardware.raster == "groups":
+        assert tests == stale * params.GROUPS
+    if not hardware.deferred_update:
+        assert after >= stale + lists
+
+
+# ---- harmonics
+
+
+def test_harmonics_above_the_degree_are_not_there():
+    shown = scene.load("builtin:room?n=2000&sh=3")
+    camera = camera_a(position=(0, -1.2, -1))
+    pictures = {degree: frames([camera], shown, sh_degree=degree)[0] for degree in range(4)}
+    assert same(pictures[3], frames([camera], shown)[0])
+    for degree, terms in enumerate((1, 4, 9, 16)):
+        less = replace(shown, sh=np.ascontiguousarray(shown.sh[:, :terms]))
+        assert same(pictures[degree], frames([camera], less)[0])
+    assert not same(pictures[2], pictures[3])
+    blocks = {degree: drawn(pictures[degree], shown=shown, sh_degree=degree).blocks for degree in range(4)}
+    reads = [len(blocks[degree].read) for degree in range(4)]
+    assert reads == sorted(set(reads))
+    assert blocks[0].cycles.sum() < blocks[3].cycles.sum()
+
+
+# ---- what cannot be
+
+
+@pytest.mark.parametrize(
+    ("pair_of", "sorting", "late"),
+    [
+        ("depth=fresh", "reuse", True),
+        ("depth=predicted", "reuse", True),
+        ("passes=2", "reuse", True),
+        ("passes=2", "full", False),
+        ("passes=3", "periodic:2", False),
+    ],
+)
+def test_knobs_that_do_not_go_together_are_refused(pair_of, sorting, late):
+    with pytest.raises(InputError, match=pair_of):
+        Renderer(crowd(31, 10), parse([pair_of]), sorting, late)
+
+
+@pytest.mark.parametrize(
+    ("machine", "changes", "pair_of"),
+    [
+        ("gscore", [], "refresh=none"),
+        ("neo", ["record_stride=24"], "depth=predicted"),
+        ("neo", ["late_sort=1"], "chunk=512"),
+    ],
+)
+def test_accelerators_refuse_what_they_cannot_do(machine, changes, pair_of):
+    with pytest.raises(InputError, match=pair_of):
+        simulate.check(configure(machine, changes), parse([pair_of]))
+    simulate.check(configure(machine, changes), Settings())
+
+
+@pytest.mark.parametrize("pair_of", ["depth=fresh", "depth=predicted", "passes=2", "chunk=128", "refresh=none"])
+def test_the_rtl_is_not_asked_for_what_it_does_not_have(pair_of):
+    compare.check(Settings())
+    compare.check(parse(["depth=consistent", "sh_degree=1"]))
+    with pytest.raises(InputError, match=pair_of):
+        compare.check(parse([pair_of]))
