@@ -65,6 +65,11 @@ def targets(table: list[dict]) -> list[tuple[str, dict | None]]:
     return found
 
 
+def _reached(table: list[dict]) -> str:
+    none = ["none of these settings", *[""] * (len(COLUMNS) - 1)]
+    return _table(["target", *COLUMNS], [[words, *(_line(row) if row else none)] for words, row in targets(table)])
+
+
 def _price(row: dict, other: dict) -> str:
     """Time and bytes of a row over those of another."""
     return (
@@ -146,10 +151,6 @@ def text(head: dict, table: list[dict], left_out: list[str], simulators: list[di
     """The page."""
     references = {row["machine"]: row for row in table if row["knob"] == REFERENCE}
     knobs, idle = _knobs(table, references)
-    reached = [
-        [words, *(_line(row) if row else ["none of these settings", *[""] * (len(COLUMNS) - 1)])]
-        for words, row in targets(table)
-    ]
     parts = [
         f"# What accuracy costs: {head['scene']}\n",
         f"{head['size'][0]}x{head['size'][1]}, frames {head['frames']}, motion {head['motion']}"
@@ -161,8 +162,11 @@ def text(head: dict, table: list[dict], left_out: list[str], simulators: list[di
         "The two reference machines:\n",
         _table(COLUMNS, [_line(row) for row in references.values()]),
         "Cheapest setting for each target, in the worst frame, on the reference machines' units and memory:\n",
-        _table(["target", *COLUMNS], reached),
+        _reached(table),
     ]
+    for machine in references:
+        own = [row for row in table if row["machine"] == machine]
+        parts += [f"The same on {machine} alone:\n", _reached(own)]
     best = front([row for row in table if row["knob"] == GRID])
     if best:
         parts += ["Pareto front of the joint grid (worst frame over time):\n", _table(COLUMNS, map(_line, best))]

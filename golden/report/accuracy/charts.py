@@ -63,15 +63,21 @@ def _panel(pyplot, top, low, table: list[dict], references: list[dict]) -> None:
     colours = dict(zip(names, pyplot.cm.tab10.colors * 3))
     for name in names:
         mine = [row for row in table if row["knob"] == name]
-        _points(top, mine, color=colours[name], label=None)
+        _points(top, mine, color=colours[name])
+        for machine in MARKERS:
+            own = [(row["ms_p50"], _db(row["psnr_mean_db"])) for row in mine if row["machine"] == machine]
+            if own:
+                top.plot(*zip(*own), color=colours[name], lw=0.4, alpha=0.5)
         top.scatter([], [], 30, color=colours[name], label=name)
         for row in mine:
-            top.annotate(row["value"], (row["ms_p50"], _db(row["psnr_mean_db"])), fontsize=5, alpha=0.8)
+            at = row["ms_p50"], _db(row["psnr_mean_db"])
+            top.annotate(row["value"], at, (2, 3), textcoords="offset points", fontsize=5, alpha=0.8)
         for height, column in ((1, "ms_p99"), (0, "ms_first")):
             low.plot([row[column] for row in mine], [height] * len(mine), "|", color=colours[name], ms=9)
     _points(top, references, color="black", zorder=3)
     for row in references:
-        top.annotate(row["machine"], (row["ms_p50"], _db(row["psnr_mean_db"])), fontsize=7, weight="bold")
+        at = row["ms_p50"], _db(row["psnr_mean_db"])
+        top.annotate(row["machine"], at, (4, -8), textcoords="offset points", fontsize=7, weight="bold")
     top.legend(fontsize=6)
     top.grid(alpha=0.3)
     low.set_yticks([0, 1], ["first", "p99"], fontsize=6)
