@@ -6,7 +6,7 @@ USER   := .venv/.user
 DEV    := .venv/.dev
 PYTEST := $(BIN)/pytest -n 2
 SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build/sim
-STUDY  := "builtin:room?n=20000" --path orbit --frames 4 --size 384x256
+STUDY  := "builtin:room?n=20000" --path orbit --frames 6 --size 384x256
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
 .PHONY: help setup lint test test-fast formal sim bench accuracy params docs clean

@@ -77,7 +77,7 @@ def test_tables_pictures_and_answer(tiny):
         with Image.open(tiny / name) as picture:
             picture.verify()
     text = (tiny / "answer.md").read_text()
-    assert "every pixel within 0.5 LSB" in text and "| 60 dB |" in text and "0 differences" in text
+    assert "0.5 LSB, root mean square" in text and "| 60 dB |" in text and "0 differences" in text
 
 
 def test_a_second_study_has_the_same_table_and_measures_nothing(tiny, monkeypatch):

@@ -66,7 +66,7 @@ def _panel(pyplot, top, low, table: list[dict], references: list[dict]) -> None:
         _points(top, mine, color=colours[name])
         for machine in MARKERS:
             own = [(row["ms_p50"], _db(row["psnr_mean_db"])) for row in mine if row["machine"] == machine]
-            if own:
+            if own and all(row["value"].replace(".", "", 1).isdigit() for row in mine):
                 top.plot(*zip(*own), color=colours[name], lw=0.4, alpha=0.5)
         top.scatter([], [], 30, color=colours[name], label=name)
         for row in mine:

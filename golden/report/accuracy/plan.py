@@ -94,7 +94,7 @@ KNOBS = (
     _key("exp_segments", "formats", 4, 8, 32, 64),
     _key("exp_bits", "formats", 17, 20, 22, unit="bits"),
     _key("sh_degree", "colour", 0, 1, 2),
-    _key("colour_every", "colour", 2, 4, 8, unit="frames"),
+    _key("colour_every", "colour", 2, 4, unit="frames"),
     Knob("tile", "machine", tuple(Choice(name, (), None, name) for name in ("gscore", "gscore-64")), ("neo",)),
     _key("slices", "machine", 1, 2, 8),
     _key("channels", "machine", 1, 2, 8, 16),
@@ -145,8 +145,9 @@ def point(knob: Knob, choice: Choice, machine: str) -> Point:
     """InputError where a key or a value is not known."""
     sets, pairs = simulate.split_settings(list(choice.sets))
     name = choice.hardware or machine
-    parse(sets)
-    simulate.strategy(hardware.configure(name, pairs), choice.sorting)
+    ran = hardware.configure(name, pairs)
+    simulate.strategy(ran, choice.sorting)
+    simulate.check(ran, parse(sets))
     return Point(
         knob.name, knob.family, choice.label, machine, name, choice.sorting,
         tuple(sorted(sets)), tuple(sorted(pairs)), knob.unit,
