@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from golden import params, scene, tables
+from golden import metrics, params, scene, tables
 from golden.cameras.camera import extrapolate
 from golden.cosim import compare
 from golden.errors import InputError
@@ -325,6 +325,32 @@ def test_what_is_not_refreshed_is_not_fetched(machine):
         assert after >= stale + lists
 
 
+def test_t05_a_reveal_by_every_policy():
+    """40 frames behind walls, then none: what a policy costs is in the reveal frame and gone in the next one."""
+    back = crowd(6, 4000)
+    back = replace(back, scales=0.3 * back.scales)
+    places = np.random.default_rng(5).uniform(-0.5, 0.5, (60, 3)) * (1, 1, 0.2) + (0, 0, 0.8)
+    wall = gaussians(places, scales=0.19, opacities=0.99, colours=0.5)
+    closed, opened = merge(wall, back), merge(replace(wall, opacities=np.zeros(60)), back)
+    cameras = [camera_a(rotation=yaw(0.5 * (step - 20))) for step in range(42)]
+    exact = [frame.image for frame in frames(cameras[40:], opened, sorting="full")]
+
+    def quality(refresh: str, late: bool) -> list[float]:
+        """dB of the reveal frame and the one behind it against exact order."""
+        renderer = Renderer(closed, Settings(refresh=refresh), "reuse", late)
+        stale = [renderer.frame(camera).counters["stale_entries"] for camera in cameras[:40]]
+        assert (max(stale) > 1000) == (refresh != "all")
+        renderer.gaussians = opened
+        pictures = [renderer.frame(camera).image for camera in cameras[40:]]
+        return [metrics.compare(a, b)["psnr_db"] or 200.0 for a, b in zip(pictures, exact, strict=True)]
+
+    everything, fourth, nothing = (quality(refresh, False) for refresh in ("all", "every:4", "none"))
+    assert everything[0] > 66 and abs(fourth[0] - everything[0]) < 1
+    assert 54 < nothing[0] < everything[0] - 10
+    assert abs(nothing[1] - everything[1]) < 1 and abs(fourth[1] - everything[1]) < 1
+    assert min(quality("none", True)) > 90  # late sort has this frame's keys before it draws
+
+
 # ---- harmonics
 
 
@@ -366,13 +392,30 @@ def test_knobs_that_do_not_go_together_are_refused(pair_of, sorting, late):
     [
         ("gscore", [], "refresh=none"),
         ("neo", ["record_stride=24"], "depth=predicted"),
+        ("neo", ["record_stride=16"], "record_stride=16"),
+        ("neo", ["entry_bytes=5"], "entry_bytes=5"),
         ("neo", ["late_sort=1"], "chunk=512"),
     ],
 )
 def test_accelerators_refuse_what_they_cannot_do(machine, changes, pair_of):
+    keys = [] if pair_of in changes else [pair_of]
     with pytest.raises(InputError, match=pair_of):
-        simulate.check(configure(machine, changes), parse([pair_of]))
-    simulate.check(configure(machine, changes), Settings())
+        simulate.check(configure(machine, changes), parse(keys))
+    simulate.check(configure(machine, [] if pair_of in changes else changes), Settings())
+
+
+@pytest.mark.parametrize(("key", "sizes"), [("entry_bytes", (6, 7, 8, 11, 16)), ("record_stride", (24, 32, 40, 64))])
+def test_wider_entries_and_records_cost_their_bytes(key, sizes):
+    *_, frame = frames(track(3, 2.0))
+    entries = len(frame.order.words)
+    for size in sizes:
+        work = drawn(frame, configure("neo", [f"{key}={size}"]))
+        if key == "entry_bytes":
+            written = size * (frame.table.words.size + 2 * frame.incoming.words.size)  # incoming: sorted, then merged
+            assert frame.incoming.lengths.max() <= params.CHUNK
+            assert written // LINE <= lines(work.jobs, True) <= written // LINE + len(work.jobs.line)
+        else:  # 24 and 40: some lie across a border of lines
+            assert (len(work.raster.line) == entries) == (LINE % size == 0)
 
 
 @pytest.mark.parametrize("pair_of", ["depth=fresh", "depth=predicted", "passes=2", "chunk=128", "refresh=none"])

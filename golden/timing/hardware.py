@@ -38,13 +38,18 @@ class Hardware:
     sort_cores: int = key(4, "cores", "1..64", "sorting cores of a slice", between(1, 64))
     preprocess_units: int = key(4, "units", "1..64", "projection, colour and duplication units each", between(1, 64))
     tile: int = key(64, "pixels", "16|64", "side of a tile", one_of(16, 64))
-    entry_bytes: int = key(6, "bytes", "4|6|8|16", "entry of a table in memory", one_of(4, 6, 8, 16))
+    entry_bytes: int = key(
+        6, "bytes", "4..16", "entry of a table in memory; at least what its fields need", between(4, 16)
+    )
     position_bytes: int = key(12, "bytes", "6|12", "of a Gaussian's position in the scene", one_of(6, 12))
     combine_lines: int = key(
         64, "lines", "1..65536", "write-combining buffer before the incoming lists",
         between(1, 65536),
     )  # fmt: skip
-    record_stride: int = key(32, "bytes", "24|32|64", "distance of two feature records", one_of(24, 32, 64))
+    record_stride: int = key(
+        32, "bytes", "16|24|32|40|48|56|64", "distance of two feature records; at least what one needs",
+        one_of(*range(16, 65, 8)),
+    )  # fmt: skip
     cache_kb: int = key(0, "KB", "0..4096", "record caches, all raster cores together; 0: none", between(0, 4096))
     cache_shared: bool = key(False, "", "0|1", "one record cache for all raster cores", one_of(0, 1))
     morton: bool = key(False, "", "0|1", "Gaussians lie in memory along a Morton curve", one_of(0, 1))

@@ -15,6 +15,7 @@ import numpy as np
 from golden import keys, metrics, params
 from golden.errors import InputError
 from golden.frame import Frame, Renderer
+from golden.records import SHORT_BYTES
 from golden.report.stats import Output, frame_record
 from golden.settings import Settings
 from golden.timing import gpu, hardware, memory, raster_state, tiles16
@@ -37,10 +38,16 @@ def strategy(machine: Hardware, sorting: str | None) -> str:
 def check(machine: Hardware, settings: Settings) -> None:
     """InputError where a hardware cannot do what a setting of the golden model asks for."""
     record = record_bytes(settings.depth == "predicted")
+    entry = SHORT_BYTES if machine.late_sort else params.ENTRY_BYTES
     late = machine.late_sort and machine.raster == "groups"
     rules = (
         (f"refresh={settings.refresh}", settings.refresh != "all" and machine.tile != params.TILE, "tile=64"),
-        (f"depth={settings.depth}", record > machine.record_stride, f"record_stride={record} or more"),
+        (f"entry_bytes={machine.entry_bytes}", machine.entry_bytes < entry, f"{entry} or more"),
+        (
+            f"record_stride={machine.record_stride}",
+            record > machine.record_stride,
+            f"{record} or more with depth={settings.depth}",
+        ),
         (f"chunk={settings.chunk}", late and settings.chunk != params.CHUNK, "raster=candidates where the core sorts"),
     )
     for what, broken, wanted in rules:
@@ -52,9 +59,9 @@ class Run:
     """One accelerator over the frames of a job; `add` takes each frame as it is drawn, `finish` the last."""
 
     def __init__(self, job, machine: Hardware, sorting: str):
+        check(machine, job.settings)
         if not is_late(machine, sorting):
             machine = replace(machine, late_sort=False, entry_bytes=max(machine.entry_bytes, params.ENTRY_BYTES))
-        check(machine, job.settings)
         self.job, self.machine, self.sorting = job, machine, sorting
         camera = job.cameras[0]
         self.size = camera.width, camera.height
