@@ -21,7 +21,7 @@ import numpy as np
 
 from golden.slice import OFFER, QUEUE
 from golden.timing import raster_agent, raster_state
-from golden.timing.memory import NEVER, PREPROCESS, SORTING, answer
+from golden.timing.memory import NEVER, OUTSTANDING, PREPROCESS, SORTING, answer
 
 AHEAD = 4  # blocks of Gaussians that preprocessing has asked for and not yet written
 STREAMS = 128  # lines of preprocessing on their way at once: most are in order
@@ -100,8 +100,14 @@ def _sort_piece(jobs, piece, now, need, memory):
             late = max(late, answer(memory, now, line + k, True, SORTING) - (now + memory.write))
         return late
     last = now
-    for k in range(jobs.lines[piece]):
-        last = max(last, answer(memory, now, line + k, False, SORTING))
+    if line < 0:
+        ring = np.full(OUTSTANDING, now, np.int64)
+        for k in range(jobs.lines[piece]):
+            ring[k % OUTSTANDING] = answer(memory, ring[k % OUTSTANDING], jobs.apart[k - 1 - line], False, SORTING)
+        last = ring.max()
+    else:
+        for k in range(jobs.lines[piece]):
+            last = max(last, answer(memory, now, line + k, False, SORTING))
     return last - max(need, now + memory.read)
 
 

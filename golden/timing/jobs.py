@@ -34,10 +34,11 @@ class Jobs(NamedTuple):
 
     cycles: np.ndarray  # int64[T] of the job on a memory of the nominal latency
     piece_at: np.ndarray  # int64[T + 1]
-    line: np.ndarray  # int64[P] first line
+    line: np.ndarray  # int64[P] first line; -1 - k: the lines are apart[k], apart[k + 1] ..
     lines: np.ndarray  # int64[P] how many
     write: np.ndarray  # bool[P]
-    weight: np.ndarray  # int64[P] entries: the piece's share of the job's time; 0 for what is written
+    weight: np.ndarray  # int64[P] entries: the piece's share of the job's time; 0: it runs beside the one before it
+    apart: np.ndarray  # int64[..] lines of records
 
 
 @numba.njit(cache=True)
@@ -49,6 +50,19 @@ def _piece(out, at, begin, end, write, weight):
             out.lines[at] = (end - 1) // LINE - begin // LINE + 1 if end > begin else 0
             out.write[at] = write
             out.weight[at] = weight
+        return at + 1
+    return at
+
+
+@numba.njit(cache=True)
+def _apart(out, at, begin, end):
+    """Writes one piece that reads the lines apart[begin:end]; returns the next place."""
+    if end > begin:
+        if at < len(out.line):
+            out.line[at] = -1 - begin
+            out.lines[at] = end - begin
+            out.write[at] = False
+            out.weight[at] = 0
         return at + 1
     return at
 
@@ -79,8 +93,7 @@ def _renew(out, at, keys, tile, table, size, chunk):
     for begin in range(first, last, chunk):
         end = min(begin + chunk, last)
         at = _piece(out, at, table + (begin - first) * size, table + (end - first) * size, False, end - begin)
-        for line in keys.line[keys.line_at[begin] : keys.line_at[end]]:
-            at = _piece(out, at, line * LINE, (line + 1) * LINE, False, 0)
+        at = _apart(out, at, keys.line_at[begin], keys.line_at[end])
         at = _piece(out, at, table + (begin - first) * size, table + (end - first) * size, True, 0)
     return at
 
@@ -141,7 +154,7 @@ def jobs(
     for _ in range(2):  # once to count, once to fill
         out = Jobs(
             np.asarray(cycles, np.int64), piece_at, np.zeros(count, np.int64), np.zeros(count, np.int64),
-            np.zeros(count, np.bool_), np.zeros(count, np.int64),
+            np.zeros(count, np.bool_), np.zeros(count, np.int64), keys.line,
         )  # fmt: skip
         count = _all(out, piece_at, kind, *lists, size, chunk, passes, keys)
     return out
