@@ -12,7 +12,7 @@ from PIL import Image
 
 from golden import cli
 from golden.report import accuracy, sweep
-from golden.report.accuracy import answer, measure, plan, rows
+from golden.report.accuracy import answer, measure, plan, rows, simulators
 from golden.report.accuracy.plan import Choice, Knob
 
 TINY = ["builtin:sparse?n=500", "--size", "64x64", "--frames", "2", "--no-simulators"]
@@ -32,7 +32,7 @@ def command(folder: Path, *words: str, knobs: str = "depth,channels", jobs: str 
 def tiny(tmp_path_factory) -> Path:
     """The folder of a study of two knobs."""
     folder = tmp_path_factory.mktemp("tiny")
-    assert command(folder) == 0
+    assert command(folder, "--page", str(folder / "page")) == 0
     return folder
 
 
@@ -76,6 +76,9 @@ def test_tables_pictures_and_answer(tiny):
     for name in ("accuracy.png", "difference.png"):
         with Image.open(tiny / name) as picture:
             picture.verify()
+    published = {path.name: path.read_bytes() for path in (tiny / "page").iterdir()}
+    assert set(published) == {"accuracy.csv", "answer.md", "accuracy.png", "difference.png"}
+    assert all(data == (tiny / name).read_bytes() for name, data in published.items())
     text = (tiny / "answer.md").read_text()
     assert "0.5 LSB, root mean square" in text and "| 60 dB |" in text and "0 differences" in text
 
@@ -139,6 +142,17 @@ def test_what_makes_no_sense_is_refused(tmp_path, words, said):
     with pytest.raises(accuracy.InputError, match=re.escape(said)):
         cli.run(["accuracy", *TINY, *words, "-o", str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_the_models_miss_what_they_say():
+    args = cli.parser().parse_args(["accuracy", *TINY, "-o", "x"])
+    table = simulators.rows(json.dumps({name: getattr(args, name) for name in accuracy.COMMON}))
+    found = {row["model"]: row for row in table}
+    assert list(found) == ["oracle", "golden", "timing", "rtl"]
+    assert found["golden"]["misses"] == "against the RTL 0 differences; time"
+    assert found["timing"]["misses"] == "against the RTL 0 differences, 0 cycles"
+    assert all(float(row["seconds_a_frame"]) > 0 and 50 < float(row["peak_mb"]) < 4000 for row in table)
 
 
 def made(**changes) -> dict:

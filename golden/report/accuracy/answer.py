@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from golden.report.accuracy.plan import CHANNELS, GRID, REFERENCE
-from golden.report.accuracy.rows import cheapest, front
+from golden.report.accuracy.rows import PARTS, cheapest, front
 
 DECIBELS = (40, 50, 60, 70)
 SAME_DB, SAME_TIME = 0.5, 0.01  # a knob that changes less, dB and share of time and bytes, does not matter
@@ -138,6 +138,17 @@ def _knobs(table: list[dict], references: dict[str, dict]) -> tuple[str, list[st
     return _table(head, lines), idle
 
 
+def _sources(references: dict[str, dict]) -> str:
+    """Where the error of the reference machines comes from."""
+    lines = [
+        [machine, part, *(_number(row[f"{part}_{kind}"]) for kind in ("max_lsb", "rms_lsb", "percent_above_1_lsb"))]
+        for machine, row in references.items()
+        for part in PARTS
+    ]
+    head = ["last frame", "error by", "largest, LSB", "root mean square, LSB", "pixels above 1 LSB, %"]
+    return _table(head, lines)
+
+
 def _ends(table: list[dict], references: dict[str, dict]) -> list[str]:
     lines = []
     for row in (row for row in table if row["knob"] == ENDS):
@@ -167,6 +178,7 @@ def text(head: dict, table: list[dict], left_out: list[str], simulators: list[di
         "\n".join(_sentences(table, references)) + "\n",
         "The two reference machines:\n",
         _table(COLUMNS, [_line(row) for row in references.values()]),
+        _sources(references),
         "Cheapest setting for each target, in the worst frame, on the reference machines' units and memory:\n",
         _reached(table),
     ]

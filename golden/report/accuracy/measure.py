@@ -55,10 +55,12 @@ def study(common: str) -> Study:
 
 
 def _lsb(difference: np.ndarray) -> dict:
-    """Largest and root mean square of a difference of pictures, in LSB."""
+    """Of a difference of pictures: largest and root mean square in LSB, percent of the pixels above 1 LSB."""
+    lsb = 255 * np.abs(difference)
     return {
-        "max_lsb": 255 * float(np.abs(difference).max(initial=0)),
-        "rms_lsb": 255 * float(np.sqrt(np.mean(np.square(difference)))),
+        "max_lsb": float(lsb.max(initial=0)),
+        "rms_lsb": float(np.sqrt(np.mean(np.square(lsb)))),
+        "percent_above_1_lsb": 100 * float(np.mean(lsb.max(axis=2) > 1)),
     }
 
 

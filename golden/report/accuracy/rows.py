@@ -13,11 +13,12 @@ import numpy as np
 from golden.report.accuracy.plan import Point
 from golden.timing.memory import STAGES
 
+PARTS = ("order", "decisions", "arithmetic")  # of the error
 COLUMNS = (
     "knob", "family", "value", "unit", "machine", "hardware", "sorting", "set", "scene", "size", "frames",
     "psnr_mean_db", "psnr_min_db", "psnr_max_db", "psnr_first_db", "max_lsb", "percent_above_1_lsb",
-    "order_max_lsb", "order_rms_lsb", "decisions_max_lsb", "decisions_rms_lsb", "arithmetic_max_lsb",
-    "arithmetic_rms_lsb", "change_max_lsb", "change_rms_lsb", "ms_p50", "ms_p99", "ms_first",
+    *(f"{part}_{kind}" for part in PARTS for kind in ("max_lsb", "rms_lsb", "percent_above_1_lsb")),
+    "change_max_lsb", "change_rms_lsb", "ms_p50", "ms_p99", "ms_first",
     *(f"mb_{stage}" for stage in STAGES), "mb", "entry_bytes", "record_bytes", "inputs_sha256", "pictures_sha256",
 )  # fmt: skip
 DIGITS = 6
