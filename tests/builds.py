@@ -40,11 +40,13 @@ class Bench:
     parameters: dict[str, int] = field(default_factory=dict)
     simulators: tuple[str, ...] = SIMULATORS
     slow: bool = False
+    files: tuple[Path, ...] = ()  # instead of the sources of `top`: its gates
 
     @property
     def label(self) -> str:
         """Readable name, also of the build folder."""
         text = ",".join(f"{k}={v}" for k, v in self.parameters.items()) or "default"
+        text += ",gates" if self.files else ""
         short = text if len(text) <= 60 else text[:50] + "-" + hashlib.sha1(text.encode()).hexdigest()[:8]
         return re.sub(r"[^\w=,.-]", "_", short)
 
@@ -122,7 +124,7 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
             build_args += [str(kept / name) for name in RUNTIME]
             os.environ["MAKEFLAGS"] += " VM_GLOBAL_FAST= VM_GLOBAL_SLOW="
         runner.build(
-            sources=sources(bench.top),
+            sources=bench.files or sources(bench.top),
             hdl_toplevel=bench.top,
             includes=[ROOT / "rtl"],
             parameters=bench.parameters,

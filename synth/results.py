@@ -1,0 +1,87 @@
+"""Results of a unit: measured, kept as synth/results/MODULE.json, and the digest that says what they were made from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from pathlib import Path
+
+from synth import cells, flow, netlist, timing
+from synth.flow import DELAY, Library, Module
+from tests.builds import ROOT
+
+FOLDER = Path(__file__).parent / "results"
+WIRES = (0.0, 2.5, 5.0)  # um for each pin of a net
+
+
+def digest(module: str, seen: set[str] | None = None) -> str:
+    """Of all RTL below a module without comments and spaces, the macros that it uses, the cell table and the recipe."""
+    macros = dict(re.findall(r"^`define (\w+) (.+)$", (ROOT / "rtl" / "gs_params.vh").read_text(), re.MULTILINE))
+    files, todo = {}, [module]
+    while todo:
+        inside, edge = flow.sources(todo.pop())
+        new = [path for path in inside + edge if path.stem not in files]
+        files |= {path.stem: path for path in new}
+        todo += [path.stem for path in new]
+    found = hashlib.sha256()
+    for _, path in sorted(files.items()):
+        text = re.sub(r"//[^\n]*", "", path.read_text())
+        used = sorted(set(re.findall(r"`(GS_\w+)", text)) & set(macros))
+        found.update(" ".join([*text.split(), *(f"{name}={macros[name]}" for name in used)]).encode())
+    table = [line for line in cells.TABLE.read_text().splitlines() if not line.startswith("#")]
+    found.update("\n".join([*table, flow.RECIPE, flow.ABC]).encode())
+    return found.hexdigest()[:16]
+
+
+def measure(module: str, library: Library) -> dict:
+    """Map a module with its parts and measure it."""
+    top = Module(module)
+    design = netlist.netlist(top, library)
+    runs = {part: flow.map_module(part, library) for part in netlist.mapped_tree(top, library)}
+    paths = {wire: timing.longest(design, library, wire) for wire in WIRES}
+    area = netlist.area(design, library)
+    nand = cells.cheapest(library.cells, "nand2").area
+    counts = netlist.mapped_tree(top, library)
+    memories = [
+        {"width": m.width, "depth": m.depth, "count": n, "area_um2": round(m.area, 1), "access_pj": round(m.energy, 3)}
+        for m, n in sorted(design.memories.items())
+    ]
+    return {
+        "module": module,
+        "made_from": digest(module),
+        "area_um2": round(area, 1),
+        "kge": round(area / nand / 1000, 2),
+        "cells": sum(len(rows) for rows in design.gates.values()),
+        "flip_flops": netlist.flip_flops(design, library),
+        "array_bits": sum(runs[part].memory_bits * count for part, count in counts.items()),
+        "memories": memories,
+        "memory_um2": round(sum(m.area * n for m, n in design.memories.items()), 1),
+        "period_ps": {f"{wire:g}": round(path.period, 1) for wire, path in paths.items()},
+        "clock_mhz": {f"{wire:g}": round(1e6 / path.period) for wire, path in paths.items()},
+        "path": " > ".join(map(cells.short, paths[0.0].cells)),
+        "abc_ps": max((run.abc_ps for run in runs.values() if run.abc_ps), default=None),
+        "asked_ps": DELAY,
+        "parts": own_areas(top, library),
+    }
+
+
+def own_areas(top: Module, library: Library) -> dict[str, list]:
+    """{part: [how often it occurs, um2 of one without its own parts]} of everything below a module, itself first."""
+    found = {}
+    for part, count in netlist.mapped_tree(top, library).items():
+        inner = sum(netlist.area(netlist.netlist(child, library), library) for _, child in netlist.parts(part, library))
+        own = netlist.area(netlist.netlist(part, library), library) - inner
+        found[part.label] = [count, round(own, 1)]
+    return found
+
+
+def save(result: dict) -> None:
+    FOLDER.mkdir(exist_ok=True)
+    (FOLDER / f"{result['module']}.json").write_text(json.dumps(result, indent=1) + "\n")
+
+
+def load(module: str) -> dict | None:
+    """The committed result, if there is one."""
+    path = FOLDER / f"{module}.json"
+    return json.loads(path.read_text()) if path.exists() else None
