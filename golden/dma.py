@@ -19,7 +19,6 @@ BORDER = 4096  # bytes: no burst crosses a multiple of it
 LIST_BORDER = 2048  # bytes: nor does gs_axi_list_reader cross a multiple of this
 BEAT = 8  # bytes on a table's or the feature port
 PIXEL_BEAT = 16  # bytes on the pixel port
-RECORD_BEATS = params.RECORD_BYTES // BEAT
 
 _CORES = range(params.SORT_CORES)
 READ_PORTS = (*(f"{name}{core}" for name in ("sort", "insert") for core in _CORES), "table", "feature")
@@ -85,14 +84,15 @@ def write_burst(sent, port, ports, latency):
 
 
 @numba.njit(cache=True)
-def beats(n):
-    """64-bit beats of a table of n entries."""
-    return (n * params.ENTRY_BYTES + BEAT - 1) // BEAT
+def beats(n, size):
+    """64-bit beats of a table of n entries of `size` bytes."""
+    return (n * size + BEAT - 1) // BEAT
 
 
 @numba.njit(cache=True)
-def list_arrival(cmd, n, address, port, ports, latency):
-    """int64[n + 1]: first cycle in which gs_axi_list_reader offers each beat of a list, end beat included.
+def list_arrival(cmd, n, size, address, port, ports, latency):
+    """int64[n + 1]: first cycle in which gs_axi_list_reader offers each beat of a list of entries of `size` bytes
+    and its end beat.
 
     The command sets the AR registers (1), an AR goes out in every cycle from then on. An R beat's entry is on the list
     a cycle later (1); one that ends in the same beat as the entry before it needs none. A list without entries has its
@@ -102,11 +102,11 @@ def list_arrival(cmd, n, address, port, ports, latency):
     asked = cmd + 1
     begin = address // BEAT
     at = begin  # of the next R beat
-    end = begin + beats(n)
+    end = begin + beats(n, size)
     border = begin
     there = cmd + 1
     for k in range(n):
-        if begin + beats(k + 1) > at:
+        if begin + beats(k + 1, size) > at:
             if at == border:
                 border = min(end, (at * BEAT // LIST_BORDER + 1) * LIST_BORDER // BEAT)
                 there = max(there, read_burst(asked, port, ports, latency))
@@ -125,55 +125,56 @@ def list_next(end):
 
 
 @numba.njit(cache=True)
-def record_head(index, base=0):
-    """R beats of a record's first burst, 1..RECORD_BEATS: fewer than all when a border cuts it into two bursts."""
-    room = BORDER - (base + index * params.RECORD_BYTES) % BORDER
-    return min(room // BEAT, RECORD_BEATS)
+def record_head(index, size, base=0):
+    """R beats of the first burst of a record of `size` bytes: fewer than all when a border cuts it into two."""
+    room = BORDER - (base + index * size) % BORDER
+    return min(room, size) // BEAT
 
 
 @numba.njit(cache=True)
-def record_heads(indices, base=0):
+def record_heads(indices, size, base=0):
     """int64[m]: record_head of each."""
     out = np.empty(len(indices), np.int64)
     for k in range(len(indices)):
-        out[k] = record_head(indices[k], base)
+        out[k] = record_head(indices[k], size, base)
     return out
 
 
 @numba.njit(cache=True)
-def record_arrivals(asked, heads, port, ports, latency):
+def record_arrivals(asked, heads, whole, port, ports, latency):
     """int64[m]: cycles in which gs_axi_record_reader offers records, each taken at once.
 
-    asked int64[m]: their first ARs, the second one of a record follows in the next cycle; heads int64[m]: record_head.
+    asked int64[m]: their first ARs, the second one of a record follows in the next cycle; heads int64[m]: record_head;
+    whole: beats of a record.
     A record is there a cycle behind its last R beat.
     """
     out = np.empty(len(asked), np.int64)
     for k in range(len(asked)):
         ports[port, LAST] = read_burst(asked[k], port, ports, latency) + heads[k] - 1
-        if heads[k] < RECORD_BEATS:
-            ports[port, LAST] = read_burst(asked[k] + 1, port, ports, latency) + RECORD_BEATS - heads[k] - 1
+        if heads[k] < whole:
+            ports[port, LAST] = read_burst(asked[k] + 1, port, ports, latency) + whole - heads[k] - 1
         out[k] = ports[port, LAST] + 1
     return out
 
 
 @numba.njit(cache=True)
-def _filled(beat, n):
+def _filled(beat, n, size):
     """Which of a block's n entries fills its W beat number `beat`; n: none of them, it goes out behind them."""
-    return min(n, ((beat + 1) * BEAT - 1) // params.ENTRY_BYTES)
+    return min(n, ((beat + 1) * BEAT - 1) // size)
 
 
 @numba.njit(cache=True)
-def write_block(first, n, address, port, ports, latency):
-    """gs_axi_block_writer sends a block of n entries to a byte address; it takes the first one in cycle `first`.
+def write_block(first, n, size, address, port, ports, latency):
+    """gs_axi_block_writer sends a block of n entries of `size` bytes; it takes the first one in cycle `first`.
 
     A beat moves a cycle behind the entry that fills it; in place of an entry behind the list's last one comes a cycle.
     """
-    end = beats(n)
+    end = beats(n, size)
     room = (BORDER - address % BORDER) // BEAT
     if room < end:
-        write_burst(first + _filled(room - 1, n) + 1, port, ports, latency)
+        write_burst(first + _filled(room - 1, n, size) + 1, port, ports, latency)
     if end > 0:
-        write_burst(first + _filled(end - 1, n) + 1, port, ports, latency)
+        write_burst(first + _filled(end - 1, n, size) + 1, port, ports, latency)
 
 
 @numba.njit(cache=True)

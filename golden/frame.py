@@ -13,6 +13,7 @@ import numpy as np
 from golden import params, tables
 from golden.cameras.camera import Camera, extrapolate
 from golden.errors import InputError
+from golden.formats import Formats
 from golden.preprocess import Features, Pairs, Projection, duplicate, encode, project
 from golden.preprocess.projection import depths
 from golden.raster_core import batch_buffer, late_buffer
@@ -42,6 +43,7 @@ class Frame:
     merged: Lists  # what the raster core reads; with late sort nearly in order, otherwise it is `order`
     order: Lists  # the tables as drawn, keys as sorted by
     raster: RasterResult
+    formats: Formats
     coloured: np.ndarray  # [N] bool: the colour was computed in this frame
     counters: dict[str, int]
 
@@ -53,7 +55,7 @@ class Frame:
     @property
     def image(self) -> np.ndarray:
         """[H, W, 3] float32, unclamped."""
-        return (self.raster.value * 2.0**-params.ACC_F).astype(np.float32)
+        return (self.raster.value * 2.0**-self.formats.acc_f).astype(np.float32)
 
 
 def tiles_of(width: int, height: int) -> np.ndarray:
@@ -82,6 +84,7 @@ class Renderer:
     def __init__(self, gaussians: Gaussians, settings: Settings, sorting: str = "reuse", late: bool = False):
         self.gaussians = gaussians
         self.settings = settings
+        self.formats = settings.formats()
         self.sorting, self.interval = parse_sorting(sorting)  # K, D or SEED
         self.late = late
         self.depth = settings.depth_rule(late)
@@ -108,8 +111,8 @@ class Renderer:
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
         projection = project(self.gaussians, camera, self.settings.antialias_mode(), self.settings.sh_degree)
-        features = encode(projection)
-        return projection, features, duplicate(features, camera.width, camera.height)
+        features = encode(self.formats, projection)
+        return projection, features, duplicate(self.formats, features, camera.width, camera.height)
 
     def _colours(self, features: Features, anew: bool) -> tuple[Features, np.ndarray]:
         """(features with the colours that are kept, which ones are not). anew: keep none."""
@@ -127,7 +130,7 @@ class Renderer:
 
     def _keys(self, view: Camera) -> np.ndarray:
         """[N] int32 keys of all Gaussians as a camera sees them."""
-        return depth_key(depths(self.gaussians, view)).astype(np.int32)
+        return depth_key(self.formats, depths(self.gaussians, view)).astype(np.int32)
 
     def _written_keys(self, camera: Camera, features: Features, anew: bool) -> np.ndarray:
         """[N] keys that the raster core writes back; sets `view`. anew: the camera did not come from the last one."""
@@ -212,6 +215,7 @@ class Renderer:
         written = self._written_keys(camera, features, counters["full_frames"] > 0)
         banks = late_buffer.BANKS if self.late else batch_buffer.BANKS
         raster = rasterise(
+            self.formats,
             (order.offsets, order.words),
             replace(features, key=written),
             tiles_of(camera.width, camera.height),
@@ -237,5 +241,5 @@ class Renderer:
         self.written = Lists(order.offsets, raster.words_out)
         return Frame(
             camera, projection, features, pairs, sorting, firsts,
-            table, incoming, merged, order, raster, coloured, counters,
+            table, incoming, merged, order, raster, self.formats, coloured, counters,
         )  # fmt: skip

@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.formats import Formats
 from golden.preprocess.encode import Features
 from golden.preprocess.projection import ALPHA_CUT, Projection, project
 from golden.raster_core import subtile_compute_unit as scu
@@ -73,6 +74,7 @@ def render(
 
 
 def render_injected(
+    f: Formats,
     features: Features,
     projection: Projection,
     tables: Tables,
@@ -91,6 +93,7 @@ def render_injected(
     a, b, c, _ = _ellipses(projection)
     out = np.zeros((height, width, 3))
     _blend_injected(
+        f,
         np.asarray(offsets, np.int64),
         np.ascontiguousarray(index, np.int64),
         features.mean,
@@ -195,7 +198,7 @@ def _blend(offsets, index, side, mean2d, a, b, c, reach, opacity, colour, backgr
 
 
 @numba.njit(parallel=True, cache=True, error_model="numpy")
-def _blend_injected(offsets, index, mean, chol, code, mean2d, a, b, c, opacity, colour, background, out):
+def _blend_injected(f: Formats, offsets, index, mean, chol, code, mean2d, a, b, c, opacity, colour, background, out):
     height, width, _ = out.shape
     columns = -(-width // params.TILE)
     side = params.SUBTILE
@@ -207,22 +210,22 @@ def _blend_injected(offsets, index, mean, chol, code, mean2d, a, b, c, opacity, 
             x0, y0 = tile_x + subtile % side * side, tile_y + subtile // side * side
             if x0 >= width or y0 >= height:
                 continue
-            t_code[:] = 1 << params.T_F
+            t_code[:] = 1 << f.t_f
             t_real[:] = 1.0
             for at in range(offsets[tile], offsets[tile + 1]):
                 i = index[at]
                 ca, cb, cc = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
                 o = np.int64(code[i])
-                u0, v0 = setup(ca, cb, cc, np.int64(mean[i, 0]), np.int64(mean[i, 1]), x0, y0)
-                if not subtile_hit(u0, v0, ca, cb, cc, bound(o)):
+                u0, v0 = setup(f, ca, cb, cc, np.int64(mean[i, 0]), np.int64(mean[i, 1]), x0, y0)
+                if not subtile_hit(f, u0, v0, ca, cb, cc, bound(f, o)):
                     continue
                 for y in range(y0, min(y0 + side, height)):
                     for x in range(x0, min(x0 + side, width)):
                         t = t_code[y - y0, x - x0]
-                        p = scu.power(u0 + (x - x0) * ca + (y - y0) * cb, v0 + (y - y0) * cc, o)
-                        if t < params.T_STOP or p > params.CUT:
+                        p = scu.power(f, u0 + (x - x0) * ca + (y - y0) * cb, v0 + (y - y0) * cc, o)
+                        if t < f.t_stop or p > f.cut:
                             continue
-                        t_code[y - y0, x - x0] = t - scu.weight(scu.alpha(p), t)
+                        t_code[y - y0, x - x0] = t - scu.weight(f, scu.alpha(f, p), t)
                         dx, dy = x + 0.5 - mean2d[i, 0], y + 0.5 - mean2d[i, 1]
                         u, v = a[i] * dx + b[i] * dy, c[i] * dy
                         weight = t_real[y - y0, x - x0] * min(ALPHA_MAX, opacity[i] * np.exp(-0.5 * (u * u + v * v)))

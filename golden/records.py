@@ -1,4 +1,8 @@
-"""Table entries and feature records as the memories hold them (docs/architecture.md, section 2)."""
+"""Table entries and feature records, here and as the memories hold them (docs/architecture.md, section 2).
+
+Here an entry is {invalid[62], key, index[23:0]} in int64 whatever bits its key has: the same order as in hardware,
+where the invalid bit is next to the key's field.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,16 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.formats import KEY_BIAS, KEY_E, Formats, record_fields, record_offsets
 
 INDEX_MASK = (1 << params.INDEX_W) - 1
-KEY_MASK = (1 << params.KEY_W) - 1
-INVALID = 1 << (params.ENTRY_W - 1)
+INVALID = 1 << 62
 SHORT_BYTES = 4  # {spare, invalid, index}: the entry of a table that is sorted late
 SHORT_GROUP = 4  # short entries that hold one key in their spare bits
 _SPARE_AT = params.INDEX_W + 1
 _SPARE_W = 8 * SHORT_BYTES - _SPARE_AT
-KEY_MAX_DEPTH = 2.0 ** ((1 << params.KEY_E) - params.KEY_BIAS)
+_SHORT_KEY_W = SHORT_GROUP * _SPARE_W  # bits of a key that a group holds
+KEY_MAX_DEPTH = 2.0 ** ((1 << KEY_E) - KEY_BIAS)
 
 
 def entries(keys: np.ndarray, indices: np.ndarray) -> np.ndarray:
@@ -24,7 +29,7 @@ def entries(keys: np.ndarray, indices: np.ndarray) -> np.ndarray:
 
 def keys_of(words: np.ndarray) -> np.ndarray:
     """[n] int64 depth keys of entries."""
-    return (words >> params.INDEX_W) & KEY_MASK
+    return (words & ~INVALID) >> params.INDEX_W
 
 
 def indices_of(words: np.ndarray) -> np.ndarray:
@@ -32,23 +37,35 @@ def indices_of(words: np.ndarray) -> np.ndarray:
     return words & INDEX_MASK
 
 
-def depth_key(z: np.ndarray) -> np.ndarray:
-    """Depths (float64, > 0.125) to KEY_E.KEY_M float keys, truncated; monotone; above the range it saturates."""
+def depth_key(f: Formats, z: np.ndarray) -> np.ndarray:
+    """Depths (float64, > 0.125) to float keys of KEY_E exponent bits, truncated; above the range they saturate."""
+    mantissa = f.key_bits - KEY_E
     bits = np.ascontiguousarray(z, dtype=np.float64).view(np.int64)
-    key = (bits >> (52 - params.KEY_M)) - ((1023 - params.KEY_BIAS) << params.KEY_M)
-    return np.clip(key, 0, KEY_MASK)
+    key = (bits >> (52 - mantissa)) - ((1023 - KEY_BIAS) << mantissa)
+    return np.clip(key, 0, (1 << f.key_bits) - 1)
 
 
-def entry_bytes(words: np.ndarray) -> np.ndarray:
-    """[n] int64 entries -> [n * 6] uint8, little endian, packed."""
-    return words.astype("<i8").view(np.uint8).reshape(-1, 8)[:, : params.ENTRY_BYTES].ravel()
+def hardware(f: Formats, words: np.ndarray) -> np.ndarray:
+    """[n] int64 entries -> the words of entry_w bits that the hardware sorts."""
+    return (words & ~INVALID) | ((words >= INVALID).astype(np.int64) << (f.entry_w - 1))
 
 
-def entries_from_bytes(data: np.ndarray) -> np.ndarray:
-    """[n * 6] uint8 -> [n] int64 entries."""
-    wide = np.zeros((data.size // params.ENTRY_BYTES, 8), np.uint8)
-    wide[:, : params.ENTRY_BYTES] = data.reshape(-1, params.ENTRY_BYTES)
-    return wide.view("<i8").ravel().astype(np.int64)
+def entries_of(f: Formats, words: np.ndarray) -> np.ndarray:
+    """The inverse of `hardware`."""
+    invalid = 1 << (f.entry_w - 1)
+    return (words & (invalid - 1)) | (((words & invalid) != 0) * INVALID)
+
+
+def entry_bytes(f: Formats, words: np.ndarray) -> np.ndarray:
+    """[n] int64 entries -> [n * entry_bytes] uint8, little endian, packed."""
+    return hardware(f, words).astype("<i8").view(np.uint8).reshape(-1, 8)[:, : f.entry_bytes].ravel()
+
+
+def entries_from_bytes(f: Formats, data: np.ndarray) -> np.ndarray:
+    """[n * entry_bytes] uint8 -> [n] int64 entries."""
+    wide = np.zeros((data.size // f.entry_bytes, 8), np.uint8)
+    wide[:, : f.entry_bytes] = data.reshape(-1, f.entry_bytes)
+    return entries_of(f, wide.view("<i8").ravel().astype(np.int64))
 
 
 @numba.njit(cache=True)
@@ -86,21 +103,21 @@ def words_from_short(data: np.ndarray, n: int) -> np.ndarray:
     return ((invalid * INVALID) | (key << params.INDEX_W) | indices_of(short)).ravel()[:n]
 
 
-def columns(features) -> dict[str, np.ndarray]:
-    """Field name (RECORD_FIELDS of params.py) -> [n] codes of features.mean, .chol, .opacity, .colour and .key."""
+def columns(f: Formats, features) -> dict[str, np.ndarray]:
+    """Field name (formats.record_fields) -> [n] codes of features.mean, .chol, .opacity, .colour and .key."""
     values = (*features.mean.T, *features.chol.T, features.opacity, *features.colour.T, features.key)
-    return dict(zip((name for name, _ in params.RECORD_FIELDS), values))
+    return dict(zip((name for name, _ in record_fields(f)), values))
 
 
-def record_bytes(features) -> np.ndarray:
-    """Codes of n Gaussians (see `columns`) to their records: [n, 24] uint8, little endian."""
-    fields = columns(features)
+def record_bytes(f: Formats, features) -> np.ndarray:
+    """Codes of n Gaussians (see `columns`) to their records: [n, record_bytes] uint8, little endian."""
+    fields = columns(f, features)
     n = len(features.opacity)
-    words = np.zeros((n, params.RECORD_W // 64), np.uint64)
-    for name, (low, width) in params.record_offsets().items():
+    words = np.zeros((n, f.record_w // 64), np.uint64)
+    for name, (low, width) in record_offsets(f).items():
         code = fields[name].astype(np.int64).astype(np.uint64) & np.uint64((1 << width) - 1)
         word, shift = divmod(low, 64)
         words[:, word] |= code << np.uint64(shift)
         if shift + width > 64:
             words[:, word + 1] |= code >> np.uint64(64 - shift)
-    return words.astype("<u8").view(np.uint8).reshape(n, params.RECORD_BYTES)
+    return words.astype("<u8").view(np.uint8).reshape(n, f.record_bytes)

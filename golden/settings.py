@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from golden import keys, params
+from golden import formats, keys, params
+from golden.formats import Formats
 from golden.keys import between, key, one_of
 from golden.preprocess.colour import DEGREE_MAX
 
@@ -85,15 +86,19 @@ class Settings:
         """What projection.project takes: None leaves it to the scene."""
         return {"auto": None, "on": True, "off": False}[self.antialias]
 
+    def formats(self) -> Formats:
+        """The number formats."""
+        return formats.REFERENCE
+
     def background_codes(self) -> tuple[int, int, int]:
         """UQ3.COLOUR_F codes of the background."""
-        red, green, blue = (round(float(part) * 2**params.COLOUR_F) for part in self.background.split(","))
+        red, green, blue = (round(float(part) * 2 ** self.formats().colour_f) for part in self.background.split(","))
         return red, green, blue
 
     def background_colour(self) -> tuple[float, float, float]:
         """The background as the hardware sees it: its codes as real numbers."""
         red, green, blue = self.background_codes()
-        unit = 2.0**-params.COLOUR_F
+        unit = 2.0 ** -self.formats().colour_f
         return red * unit, green * unit, blue * unit
 
     def rebuild_limit(self, late: bool) -> float:

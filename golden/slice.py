@@ -15,6 +15,7 @@ import numba
 import numpy as np
 
 from golden import dma, params
+from golden.formats import Formats
 from golden.raster_core import raster_lane
 from golden.sorting_core import sort_lane
 from golden.sorting_core.sort_sequencer import OUT, REGIONS
@@ -83,6 +84,7 @@ def _frame(state, job, offsets, words, lists, batch_offsets, counts, tile_xy, vi
 
 
 def frame_times(
+    f: Formats,
     jobs: np.ndarray,
     order: tuple[np.ndarray, np.ndarray],
     raster,
@@ -99,7 +101,7 @@ def frame_times(
     """
     jobs, offsets, words = (np.ascontiguousarray(x, np.int64) for x in (jobs, *order))
     places = places or anywhere(len(jobs))
-    view = raster_lane.View(width, height, places.feature, places.frame, places.stride)
+    view = raster_lane.View(width, height, places.feature, places.frame, places.stride, f.entry_bytes, f.record_bytes)
     times = _frame(
         raster_lane.new_state(), jobs, offsets, words, places.lists, raster.batch_offsets, raster.counts,
         np.ascontiguousarray(tile_xy, np.int64), view, latency,
@@ -108,19 +110,20 @@ def frame_times(
 
 
 @numba.njit(cache=True)
-def _jobs(table_at, table, in_at, incoming, firsts, lists, latency, chunk, cycles, lengths, out):
+def _jobs(table_at, table, in_at, incoming, size, firsts, lists, latency, chunk, cycles, lengths, out):
     ports = dma.new_ports()
     for t in range(len(cycles)):
         a = table[table_at[t] : table_at[t + 1]]
         b = incoming[in_at[t] : in_at[t + 1]]
         core = t % params.SORT_CORES
-        cycles[t], words = sort_lane.run_job(a, b, firsts, lists[t], core, latency, ports, chunk)
+        cycles[t], words = sort_lane.run_job(a, b, size, firsts, lists[t], core, latency, ports, chunk)
         lengths[t] = len(words)
         start = table_at[t] + in_at[t]
         out[start : start + len(words)] = words
 
 
 def sort_jobs(
+    f: Formats,
     table: tuple[np.ndarray, np.ndarray],
     incoming: tuple[np.ndarray, np.ndarray],
     first: int | tuple[int, ...] = params.CHUNK,
@@ -138,5 +141,5 @@ def sort_jobs(
     cycles, lengths = np.zeros((2, len(starts) - 1), np.int64)
     out = np.empty(starts[-1], np.int64)
     firsts = np.atleast_1d(np.asarray(first, np.int64))
-    _jobs(*lists, firsts, places.lists, latency, chunk, cycles, lengths, out)
+    _jobs(*lists, f.entry_bytes, firsts, places.lists, latency, chunk, cycles, lengths, out)
     return cycles, [out[start : start + n] for start, n in zip(starts, lengths, strict=False)]

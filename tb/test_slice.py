@@ -11,6 +11,7 @@ import numpy as np
 from cocotbext.axi import AxiBus, AxiRam, AxiRamRead, AxiRamWrite, AxiReadBus, AxiWriteBus
 
 from golden import dma, params, records
+from golden.formats import BUILD
 from golden.raster_core.raster_core import rasterise
 from golden.slice import frame_times, sort_jobs
 from tb.lib.stream import SEED, Monitor, Sink, Source, reset, rng, start_clock
@@ -60,11 +61,11 @@ def place(tile: int, region: int) -> int:
 
 
 def put(memory: bytearray, at: int, words: np.ndarray) -> None:
-    memory[at : at + params.ENTRY_BYTES * len(words)] = records.entry_bytes(words).tobytes()
+    memory[at : at + BUILD.entry_bytes * len(words)] = records.entry_bytes(BUILD, words).tobytes()
 
 
 def get(memory: bytearray, at: int, n: int) -> np.ndarray:
-    return records.entries_from_bytes(np.frombuffer(bytes(memory[at : at + params.ENTRY_BYTES * n]), np.uint8))
+    return records.entries_from_bytes(BUILD, np.frombuffer(bytes(memory[at : at + BUILD.entry_bytes * n]), np.uint8))
 
 
 def join(parts: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -96,8 +97,8 @@ async def test_two_frames_equal_golden(dut, stalls):
     incoming[2] = empty
     for frame in range(2):
         for index, word in enumerate(record_words(features)):
-            at = FEATURES + params.RECORD_BYTES * index
-            memory[at : at + params.RECORD_BYTES] = word.to_bytes(params.RECORD_BYTES, "little")
+            at = FEATURES + BUILD.record_bytes * index
+            memory[at : at + BUILD.record_bytes] = word.to_bytes(BUILD.record_bytes, "little")
         for t, (x, y) in enumerate(origins.tolist()):
             put(memory, place(t, 0), table[t])
             put(memory, place(t, 1), incoming[t])
@@ -105,8 +106,8 @@ async def test_two_frames_equal_golden(dut, stalls):
             tile.send([(x, y, *numbers)])
         await done.wait(len(origins) * (frame + 1), timeout_cycles=200_000)
 
-        jobs, order = sort_jobs(join(table), join(incoming))
-        want = rasterise(join(order), features, origins, WIDTH, HEIGHT, BACKGROUND)
+        jobs, order = sort_jobs(BUILD, join(table), join(incoming))
+        want = rasterise(BUILD, join(order), features, origins, WIDTH, HEIGHT, BACKGROUND)
         lengths = [n for (n,) in done.beats[-len(origins) :]]
         assert lengths == [len(words) for words in order]
         table = [get(memory, place(t, 3), n) for t, n in enumerate(lengths)]
@@ -116,8 +117,8 @@ async def test_two_frames_equal_golden(dut, stalls):
         assert not rows[:, 4 * WIDTH :].any(), "pixels outside of the picture were written"
         assert dut.error.value == 0
         if not stalls:
-            bound = frame_times(jobs, join(order), want, origins, WIDTH, HEIGHT, dma.Latency(1, 1)).cycles
+            bound = frame_times(BUILD, jobs, join(order), want, origins, WIDTH, HEIGHT, dma.Latency(1, 1)).cycles
             cycles = done.cycles[-1] - tile.cycles[-len(origins)]
             assert 0.9 * bound < cycles < 1.2 * bound, "this memory is about as fast as one of latency 1"
-        features.key = (features.key + rng("keys").randrange(99)) & records.KEY_MASK
+        features.key = (features.key + rng("keys").randrange(99)) & (1 << BUILD.key_w) - 1
         incoming = [empty] * len(origins)

@@ -13,6 +13,7 @@ import pytest
 
 from golden import metrics, oracle, params
 from golden.cli import parser
+from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer
 from golden.job import prepare
 from golden.records import indices_of
@@ -50,7 +51,7 @@ def test_arithmetic_and_invariants(name):
         check_invariants(frame)
         tables = (frame.order.offsets, indices_of(frame.order.words), params.TILE)
         size = frame.camera.width, frame.camera.height
-        injected = oracle.render_injected(frame.features, frame.projection, tables, *size)
+        injected = oracle.render_injected(REFERENCE, frame.features, frame.projection, tables, *size)
         assert np.isfinite(injected).all()
         assert metrics.compare(frame.image, injected)["max_lsb"] <= 0.25
         own = oracle.render(frame.projection, frame.camera, tables=tables)

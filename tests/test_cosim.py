@@ -11,6 +11,7 @@ import pytest
 from golden import cli
 from golden.cosim import compare
 from golden.errors import InputError
+from golden.records import INVALID
 
 pytestmark = pytest.mark.slow  # builds the RTL model: a minute where it is not there yet
 
@@ -66,7 +67,7 @@ def changed(array: np.ndarray, k: int, mask: int) -> np.ndarray:
     [
         ("words", 3, 1, ["sorting core, index", "entry 3", "tile 0"]),
         ("words", 4, 1 << 30, ["table written back", "entry 4"]),
-        ("words", 4, 1 << 47, ["table written back", "entry 4"]),
+        ("words", 4, INVALID, ["table written back", "entry 4"]),
         ("bitmaps", 5, 2, ["intersection test units", "entry 5"]),
         ("value", 7, 1, ["subtile compute units", "pixel (2, 0), green"]),
         ("rgb8", 8, 1, ["pixel resolver", "pixel (2, 0), blue"]),

@@ -8,6 +8,7 @@ import pytest
 from golden import dma, params, records
 from golden import slice as gs_slice
 from golden.cosim.model import CosimError, Slice
+from golden.formats import REFERENCE
 from golden.raster_core import raster_lane
 from golden.raster_core.raster_core import rasterise
 from golden.slice import frame_times, sort_jobs
@@ -34,11 +35,11 @@ def features(random: np.random.Generator, n: int, width: int, height: int) -> Si
         return np.floor(x * 2.0**fraction + 0.5).astype(np.int64)
 
     return SimpleNamespace(
-        mean=codes(mean, params.MEAN_F),
-        chol=codes(chol, params.CHOL_F),
-        opacity=codes(-np.log2(random.uniform(0.02, 1, n)), params.OPACITY_F),
-        colour=codes(random.uniform(0, 2, (n, 3)), params.COLOUR_F),
-        key=records.depth_key(np.exp(random.uniform(-1, 3, n))),
+        mean=codes(mean, REFERENCE.mean_f),
+        chol=codes(chol, REFERENCE.chol_f),
+        opacity=codes(-np.log2(random.uniform(0.02, 1, n)), REFERENCE.opacity_f),
+        colour=codes(random.uniform(0, 2, (n, 3)), REFERENCE.colour_f),
+        key=records.depth_key(REFERENCE, np.exp(random.uniform(-1, 3, n))),
     )
 
 
@@ -55,7 +56,7 @@ def join(parts: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 def compare(model: Slice, scene, table, incoming, xy, size, first, latency) -> list[np.ndarray]:
     """One frame on both sides; returns the tables written back. Cycles are compared when a latency is given."""
     order = [sort_sequencer.sort(old, new, first) for old, new in zip(table, incoming, strict=True)]
-    want = rasterise(join(order), scene, xy, *size, BACKGROUND)
+    want = rasterise(REFERENCE, join(order), scene, xy, *size, BACKGROUND)
     got = model.frame(scene, join(table), join(incoming), xy, *size, BACKGROUND, first)
     assert np.array_equal(got.offsets, join(order)[0])
     for name, expected in (("words", "words_out"), ("bitmaps", "bitmaps"), ("value", "value"), ("rgb8", "rgb8")):
@@ -64,9 +65,9 @@ def compare(model: Slice, scene, table, incoming, xy, size, first, latency) -> l
     if latency:
         assert np.array_equal(got.blends, want.blends)
         places = model.places()
-        jobs, words = sort_jobs(join(table), join(incoming), first, latency, places)
+        jobs, words = sort_jobs(REFERENCE, join(table), join(incoming), first, latency, places)
         assert all(map(np.array_equal, words, order))
-        times = frame_times(jobs, join(order), want, xy, *size, latency, places)
+        times = frame_times(REFERENCE, jobs, join(order), want, xy, *size, latency, places)
         for name in ("accepted", "sorted", "px_first", "px_last", "done"):
             assert np.array_equal(getattr(got, name), getattr(times, name)), name
         assert got.cycles == times.cycles
@@ -75,7 +76,7 @@ def compare(model: Slice, scene, table, incoming, xy, size, first, latency) -> l
         assert (
             got.counters["table_read_beats"]
             == got.counters["table_write_beats"]
-            == sum(dma.beats(len(o)) for o in order)
+            == sum(dma.beats(len(o), REFERENCE.entry_bytes) for o in order)
         )
     return [got.words[a:b] for a, b in zip(got.offsets, got.offsets[1:], strict=False)]
 
@@ -88,13 +89,13 @@ def frames(size, seed: int, latency: dma.Latency | None, n_frames: int = 2, leng
     xy = tiles_of(*size)
     lengths = lengths or [int(random.integers(0, 700)) for _ in xy]
     assert len(lengths) == len(xy)
-    model = Slice(latency or dma.LATENCY, stall)
+    model = Slice(REFERENCE, latency or dma.LATENCY, stall)
     members = [random.permutation(count)[:n] for n in lengths]
     table = [np.zeros(0, np.int64) for _ in xy]
     incoming = [records.entries(scene.key[part], part) for part in members]
     for frame in range(1, n_frames + 1):
         table = compare(model, scene, table, incoming, xy, size, sorting_core.first_length(frame), latency)
-        scene.key = np.clip(scene.key + random.integers(-2000, 2000, count), 0, records.KEY_MASK)
+        scene.key = np.clip(scene.key + random.integers(-2000, 2000, count), 0, (1 << REFERENCE.key_w) - 1)
         incoming = []
         for old in table:
             there = records.indices_of(old[old < records.INVALID])
@@ -118,7 +119,7 @@ def test_cycles_at_any_latency(latency):
 
 
 def test_both_memories_draw_the_same_delays():
-    library = Slice()._library
+    library = Slice(REFERENCE)._library
     for latency in (
         dma.Latency(jitter=1, seed=0),
         dma.Latency(jitter=500, seed=9),
@@ -184,7 +185,7 @@ def test_a_frame_does_not_depend_on_the_one_before():
     random = np.random.default_rng(9)
     scene = features(random, 300, 128, 64)
     words = records.entries(scene.key, np.arange(300))
-    model = Slice()
+    model = Slice(REFERENCE)
     empty = join([np.zeros(0, np.int64)] * 2)
     runs = [model.frame(scene, empty, join([words, words[:99]]), tiles_of(128, 64), 128, 64) for _ in range(2)]
     assert np.array_equal(runs[0].done, runs[1].done) and runs[0].counters == runs[1].counters
@@ -194,11 +195,11 @@ def test_progress_is_told_and_a_hang_is_explained():
     random = np.random.default_rng(10)
     scene = features(random, 300, 64, 64)
     words = records.entries(scene.key, np.arange(300))
-    model = Slice(dma.Latency(5000, 20), watchdog=1000)
+    model = Slice(REFERENCE, dma.Latency(5000, 20), watchdog=1000)
     empty, xy = join([np.zeros(0, np.int64)]), tiles_of(64, 64)
     with pytest.raises(CosimError, match=r"nothing has moved since .* sort lane 0 is in tile 0; .* port sort 0"):
         model.frame(scene, empty, join([words]), xy, 64, 64)
-    model = Slice(dma.Latency(60_000, 20))
+    model = Slice(REFERENCE, dma.Latency(60_000, 20))
     seen = []
     model.frame(scene, empty, join([words]), xy, 64, 64, watch=seen.append)
     assert [p.cycle for p in seen] == [50_000 * (k + 1) for k in range(len(seen))] and len(seen) >= 3

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from golden import params, records
+from golden import records
+from golden.formats import REFERENCE, record_offsets
 from golden.preprocess import encode, project
 from golden.raster_core.intersection_test_unit import bound
 from tests.hard_cases.setting import camera_a, gaussians
@@ -26,7 +27,7 @@ def digits():
 def test_codes_are_within_half_a_step_of_the_conic():
     scene, camera = random_scene(80, 21), tilted()
     p = project(scene, camera)
-    f = encode(p)
+    f = encode(REFERENCE, p)
     scale = mpmath.log(mpmath.e, 2) / 2
     checks = 0
     for i in np.flatnonzero(f.visible):
@@ -36,31 +37,31 @@ def test_codes_are_within_half_a_step_of_the_conic():
         b = scale * conic[0, 1] / a
         c = mpmath.sqrt(scale * conic[1, 1] - b * b)
         for code, truth in zip(f.chol[i], (a, b, c)):
-            assert abs(int(code) - truth * 2**params.CHOL_F) <= 0.5 + 1e-6
+            assert abs(int(code) - truth * 2**REFERENCE.chol_f) <= 0.5 + 1e-6
         assert abs(int(f.mean[i, 0]) - r.x * 1024) <= 0.5 + 1e-6
         assert abs(int(f.mean[i, 1]) - r.y * 1024) <= 0.5 + 1e-6
         assert abs(int(f.opacity[i]) + mpmath.log(mpf(float(p.opacity[i])), 2) * 8192) <= 0.5 + 1e-6
         checks += 1
     assert checks > 20
-    assert np.array_equal(f.key[f.visible], records.depth_key(p.depth[f.visible]))
+    assert np.array_equal(f.key[f.visible], records.depth_key(REFERENCE, p.depth[f.visible]))
 
 
 def test_records_hold_what_was_encoded():
-    f = encode(project(random_scene(500, 22), tilted()))
-    raw = records.record_bytes(f)
+    f = encode(REFERENCE, project(random_scene(500, 22), tilted()))
+    raw = records.record_bytes(REFERENCE, f)
     for i in np.flatnonzero(f.visible)[:50]:
         word = int.from_bytes(raw[i].tobytes(), "little")
-        for name, (low, width) in params.record_offsets().items():
-            code = int(records.columns(f)[name][i])
+        for name, (low, width) in record_offsets(REFERENCE).items():
+            code = int(records.columns(REFERENCE, f)[name][i])
             assert (word >> low) & ((1 << width) - 1) == code & ((1 << width) - 1), name
             signed = name in ("mean_x", "mean_y", "chol_b")
             assert (-(1 << width - 1) <= code < 1 << width - 1) if signed else (0 <= code < 1 << width)
 
 
 def test_invisible_records_never_hit():
-    f = encode(project(random_scene(2000, 23), tilted()))
+    f = encode(REFERENCE, project(random_scene(2000, 23), tilted()))
     assert (~f.visible).sum() > 100
-    assert all(bound(int(o)) < 0 for o in f.opacity[~f.visible])
+    assert all(bound(REFERENCE, int(o)) < 0 for o in f.opacity[~f.visible])
 
 
 def test_what_does_not_fit_is_counted():
@@ -70,10 +71,10 @@ def test_what_does_not_fit_is_counted():
         colours=[(1, 1, 1), (8, 0, 0), (1, 1, 1), (3.9, 3.9, 3.9)],
     )
     p = project(scene, camera_a())
-    f = encode(p)
+    f = encode(REFERENCE, p)
     assert p.visible.all() and list(f.visible) == [False, True, True, True]
     assert f.counters == {"culled_range": 1, "clamped_colour": 1, "clamped_depth": 1}
-    assert f.colour[1, 0] == 7680 and f.key[2] == records.KEY_MASK
+    assert f.colour[1, 0] == 7680 and f.key[2] == (1 << REFERENCE.key_w) - 1
 
 
 def alpha_error(sigma: float, aspect: float, angle: float) -> float:
@@ -88,7 +89,7 @@ def alpha_error(sigma: float, aspect: float, angle: float) -> float:
         mean2d=np.zeros((1, 2)), cov2d=np.array([[xx, xy, yy]]), det=np.array([det]), depth=np.ones(1),
         opacity=np.ones(1), colour=np.zeros((1, 3)), visible=np.ones(1, bool),
     )  # fmt: skip
-    a, b, c = encode(p).chol[0] / 2.0**params.CHOL_F
+    a, b, c = encode(REFERENCE, p).chol[0] / 2.0**REFERENCE.chol_f
     radius, turn = np.meshgrid(np.linspace(0, 3.4, 60), np.linspace(0, 2 * np.pi, 72))
     long, short = radius * np.cos(turn) * math.sqrt(sigma**2 + 0.3), radius * np.sin(turn) * math.sqrt(small**2 + 0.3)
     dx, dy = long * cos - short * sin, long * sin + short * cos

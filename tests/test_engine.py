@@ -41,11 +41,10 @@ def on_engine(accelerator: Accelerator, frame):
 
 def on_slice(frame):
     """golden/slice.py's times of the same frame."""
-    jobs, _ = slice.sort_jobs(
-        (frame.table.offsets, frame.table.words), (frame.incoming.offsets, frame.incoming.words), frame.firsts
-    )
+    lists = (frame.table.offsets, frame.table.words), (frame.incoming.offsets, frame.incoming.words)
+    jobs, _ = slice.sort_jobs(frame.formats, *lists, frame.firsts)
     order = frame.order.offsets, frame.order.words
-    return slice.frame_times(jobs, order, frame.raster, tiles_of(*SIZE), *SIZE)
+    return slice.frame_times(frame.formats, jobs, order, frame.raster, tiles_of(*SIZE), *SIZE)
 
 
 @pytest.mark.parametrize("spec", ["builtin:room?n=30000", "builtin:translucent?n=20000", "builtin:sparse?n=2000"])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from golden import cameras, params, scene
+from golden.formats import REFERENCE
 from golden.frame import tiles_of
 from golden.preprocess import duplicate, encode, project
 from golden.raster_core import group_finder, group_tester
@@ -35,8 +36,8 @@ def _compare(rows, tiles, width, height):
     for n in numba.prange(len(rows)):
         mean_x, mean_y, a, b, c, opacity = rows[n, :6]
         x0, y0 = tiles[n]
-        found[n] = group_finder.mask(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height)
-        hit[n] = _hit_groups(group_tester.tile_bits(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height))
+        found[n] = group_finder.mask(REFERENCE, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height)
+        hit[n] = _hit_groups(group_tester.tile_bits(REFERENCE, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height))
     return found, hit
 
 
@@ -58,12 +59,14 @@ def near_limit(rows: np.ndarray, x0: int, y0: int, seed: int) -> np.ndarray:
     """The rows with opacities that put the limit at, or one code beside, the form of a random pixel of the tile."""
     r = np.random.default_rng(seed)
     x, y = x0 + r.integers(0, params.TILE, len(rows)), y0 + r.integers(0, params.TILE, len(rows))
-    u = (rows[:, 2] * (x + 0.5 - rows[:, 0] / 1024) + rows[:, 3] * (y + 0.5 - rows[:, 1] / 1024)) / (1 << params.CHOL_F)
-    v = rows[:, 4] * (y + 0.5 - rows[:, 1] / 1024) / (1 << params.CHOL_F)
-    top = itu.bound(0) / (1 << 2 * params.ITU_F)
-    code = np.rint((top - u * u - v * v) * (1 << params.OPACITY_F)) + r.integers(-2, 3, len(rows))
+    u = (rows[:, 2] * (x + 0.5 - rows[:, 0] / 1024) + rows[:, 3] * (y + 0.5 - rows[:, 1] / 1024)) / (
+        1 << REFERENCE.chol_f
+    )
+    v = rows[:, 4] * (y + 0.5 - rows[:, 1] / 1024) / (1 << REFERENCE.chol_f)
+    top = itu.bound(REFERENCE, 0) / (1 << 2 * REFERENCE.itu_f)
+    code = np.rint((top - u * u - v * v) * (1 << REFERENCE.opacity_f)) + r.integers(-2, 3, len(rows))
     rows = rows.copy()
-    rows[:, 5] = code.clip(0, (1 << params.OPACITY_W) - 1)
+    rows[:, 5] = code.clip(0, (1 << REFERENCE.opacity_w) - 1)
     return rows
 
 
@@ -72,7 +75,7 @@ def test_no_group_is_missed(kind):
     for seed, tile in enumerate([(0, 0), (64, 128), (4032, 8064)]):
         rows = gaussians(30_000, seed, tile[0] + 28, tile[1] + 28, kind)
         if kind == "codes":  # within 128 pixels of the tile
-            rows[:, :2] = (rows[:, :2] >> 6) + (np.array(tile) << params.MEAN_F)
+            rows[:, :2] = (rows[:, :2] >> 6) + (np.array(tile) << REFERENCE.mean_f)
         ratio = compare(rows, tile)
         edge = compare(near_limit(rows, *tile, seed), tile)
         print(f"{kind}: {ratio:.3f} groups found for one hit, {edge:.3f} at the limit")
@@ -81,14 +84,16 @@ def test_no_group_is_missed(kind):
 def test_no_group_is_missed_by_codes_at_the_ends_of_their_ranges():
     r = np.random.default_rng(1)
     n = 200_000
-    size = np.minimum(2 ** r.uniform(0, params.CHOL_W, (n, 3)), CHOL_MAX).astype(np.int64)
+    size = np.minimum(2 ** r.uniform(0, REFERENCE.chol_w, (n, 3)), CHOL_MAX).astype(np.int64)
     size[r.random((n, 3)) < 0.2] = 0
     size[r.random((n, 3)) < 0.2] = CHOL_MAX
     size[:, 1] = np.where(r.random(n) < 0.5, size[:, 1], -size[:, 1] - 1)
-    reach = 2 ** r.uniform(5, params.MEAN_W - 1, (n, 2))
-    mean = ((32 << params.MEAN_F) + r.choice([-1, 1], (n, 2)) * reach).astype(np.int64)
-    mean = mean.clip(-(1 << (params.MEAN_W - 1)), (1 << (params.MEAN_W - 1)) - 1)
-    opacity = np.where(r.random(n) < 0.3, r.choice([0, itu.bound(0) >> 7, 65535], n), r.integers(0, 65536, n))
+    reach = 2 ** r.uniform(5, REFERENCE.mean_w - 1, (n, 2))
+    mean = ((32 << REFERENCE.mean_f) + r.choice([-1, 1], (n, 2)) * reach).astype(np.int64)
+    mean = mean.clip(-(1 << (REFERENCE.mean_w - 1)), (1 << (REFERENCE.mean_w - 1)) - 1)
+    opacity = np.where(
+        r.random(n) < 0.3, r.choice([0, itu.bound(REFERENCE, 0) >> 7, 65535], n), r.integers(0, 65536, n)
+    )
     rows = np.column_stack([mean, size, opacity])
     compare(rows, (0, 0))
     compare(near_limit(rows, 0, 0, 2), (0, 0))
@@ -131,8 +136,8 @@ def test_few_groups_of_a_scene_are_found_in_vain(name):
     g = scene.load(name if name.startswith("builtin") else str(SCENES / name))
     eye, at, up, fovy = cameras.default_view(g)
     camera = cameras.look_at(eye, at, up, fovy, 640, 384)
-    features = encode(project(g, camera))
-    pairs = duplicate(features, camera.width, camera.height)
+    features = encode(REFERENCE, project(g, camera))
+    pairs = duplicate(REFERENCE, features, camera.width, camera.height)
     rows = np.column_stack([features.mean, features.chol, features.opacity])[pairs.index]
     tiles = np.repeat(tiles_of(camera.width, camera.height), np.diff(pairs.tile_offsets), axis=0)
     ratio = compare(rows, tiles, camera.width, camera.height)

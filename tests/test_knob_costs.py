@@ -10,6 +10,7 @@ import pytest
 
 from golden import params, scene, tables
 from golden.errors import InputError
+from golden.formats import REFERENCE
 from golden.frame import Frame
 from golden.records import INVALID
 from golden.settings import CHUNKS, Settings, parse
@@ -46,12 +47,12 @@ def lines(job: jobs.Jobs, write: bool) -> int:
 def test_a_pass_more_costs_a_job_of_its_own():
     """Cycles are those of jobs that the RTL does: the table alone, then what came of it with the incoming entries."""
     *_, frame = frames(track(3, 2.0), passes=2)
-    cycles, words = sort_jobs(pair(frame.table), pair(frame.incoming), frame.firsts)
+    cycles, words = sort_jobs(REFERENCE, pair(frame.table), pair(frame.incoming), frame.firsts)
     none = np.zeros(0, np.int64)
     for t in range(4):
         assert np.array_equal(words[t], frame.order.tile(t))
-        alone, table = sort_lane.job(frame.table.tile(t), none, frame.firsts[0])
-        behind, _ = sort_lane.job(table, frame.incoming.tile(t), frame.firsts[1])
+        alone, table = sort_lane.job(REFERENCE, frame.table.tile(t), none, frame.firsts[0])
+        behind, _ = sort_lane.job(REFERENCE, table, frame.incoming.tile(t), frame.firsts[1])
         assert cycles[t] == alone + behind - 2
 
 
@@ -59,15 +60,15 @@ def test_a_pass_more_reads_and_writes_the_table_once_more():
     *_, frame = frames(track(3, 2.0), passes=2)
     one, two = (drawn(frame, passes=count).jobs for count in (1, 2))
     for write in (False, True):
-        entries = frame.table.lengths.sum() * params.ENTRY_BYTES
+        entries = frame.table.lengths.sum() * REFERENCE.entry_bytes
         more = lines(two, write) - lines(one, write)
-        assert list_lines(frame.table.lengths, params.ENTRY_BYTES) <= more <= entries // LINE + 2 * len(two.line)
+        assert list_lines(frame.table.lengths, REFERENCE.entry_bytes) <= more <= entries // LINE + 2 * len(two.line)
 
 
 def test_new_keys_cost_a_pass_over_the_table_and_the_line_of_each_record():
     *_, frame = frames(track(3, 2.0), depth="fresh")
     fresh, stale = (drawn(frame, depth=depth).jobs for depth in ("fresh", "deferred"))
-    table = list_lines(frame.table.lengths, params.ENTRY_BYTES)
+    table = list_lines(frame.table.lengths, REFERENCE.entry_bytes)
     assert lines(fresh, True) - lines(stale, True) == table
     assert lines(fresh, False) - lines(stale, False) == table + valid(frame)  # records 32 bytes apart
     assert np.array_equal(fresh.cycles - stale.cycles, jobs.renew_cycles(frame.table.lengths))
@@ -83,7 +84,7 @@ def test_the_memory_sees_the_pass_of_new_keys():
         work = accelerator.prepare(replace(frame, firsts=(128,)))
         seen[depth] = accelerator.run(work.blocks, work)[0], accelerator.memory.lines[memory.SORTING].copy()
     more = seen["fresh"][1] - seen["deferred"][1]
-    table = list_lines(frame.table.lengths, params.ENTRY_BYTES)
+    table = list_lines(frame.table.lengths, REFERENCE.entry_bytes)
     assert more.tolist() == [table + valid(frame), table]
     assert seen["fresh"][0] > seen["deferred"][0]
 
@@ -91,7 +92,7 @@ def test_the_memory_sees_the_pass_of_new_keys():
 def test_a_longer_chunk_costs_more_cycles_and_fewer_passes_from_scratch():
     words = np.arange(4096, dtype=np.int64)[::-1].copy()
     none = np.zeros(0, np.int64)
-    repair = [sort_lane.job(words, none, chunk, chunk=chunk)[0] for chunk in CHUNKS]
+    repair = [sort_lane.job(REFERENCE, words, none, chunk, chunk=chunk)[0] for chunk in CHUNKS]
     assert repair == sorted(repair)
     for pair_of in pairwise(CHUNKS):
         a, b = (sorting_core.pass_cycles(chunk) / chunk for chunk in pair_of)

@@ -11,6 +11,7 @@ from golden import metrics, params
 from golden.cameras.camera import extrapolate
 from golden.cosim import compare
 from golden.errors import InputError
+from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, tiles_of
 from golden.raster_core.raster_core import rasterise
 from golden.records import INVALID, indices_of, keys_of
@@ -141,7 +142,7 @@ def test_tables_are_sorted_in_chunks_of_any_length(chunk):
     assert [frame.firsts for frame in result] == [(chunk // 2,), (chunk,), (chunk // 2,)]
     frame = result[-1]
     check_invariants(frame)
-    _, words = sort_jobs(pair(frame.table), pair(frame.incoming), frame.firsts, chunk=chunk)
+    _, words = sort_jobs(REFERENCE, pair(frame.table), pair(frame.incoming), frame.firsts, chunk=chunk)
     assert all(np.array_equal(words[t], frame.order.tile(t)) for t in range(4))
     for t in range(4):
         valid = frame.table.tile(t)
@@ -177,9 +178,9 @@ def test_what_is_left_out_lies_behind_the_end_of_every_pixel(late):
             want = len(words)
             for batch in range(len(cuts) - 1):
                 part = words[: cuts[batch + 1]]
-                seen = rasterise((np.array([0, len(part)]), part), frame.features, xy, *SIZE).transmittance
+                seen = rasterise(REFERENCE, (np.array([0, len(part)]), part), frame.features, xy, *SIZE).transmittance
                 x, y = xy
-                if (seen[y : y + 64, x : x + 64] < params.T_STOP).all():
+                if (seen[y : y + 64, x : x + 64] < REFERENCE.t_stop).all():
                     want = min(want, cuts[batch + banks])
                     break
                 if cuts[batch + 1] >= len(words):
@@ -188,7 +189,7 @@ def test_what_is_left_out_lies_behind_the_end_of_every_pixel(late):
             stay = frame.written.tile(t)[fetched:]
             assert np.array_equal(stay, frame.merged.tile(t)[fetched:]) and (stay < INVALID).all()
         everything = rasterise(
-            pair(frame.order), frame.features, tiles_of(*SIZE), *SIZE, first=first, length=params.CHUNK
+            REFERENCE, pair(frame.order), frame.features, tiles_of(*SIZE), *SIZE, first=first, length=params.CHUNK
         )
         assert np.array_equal(everything.value, frame.raster.value)
 

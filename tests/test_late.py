@@ -9,11 +9,11 @@ from golden import metrics, params, scene
 from golden.cameras import default_view, path
 from golden.cameras.camera import look_at
 from golden.errors import InputError
+from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, tiles_of
 from golden.raster_core.late_core import rasterise_late
 from golden.records import (
     INVALID,
-    KEY_MASK,
     entries,
     indices_of,
     keys_of,
@@ -25,6 +25,8 @@ from golden.settings import Settings
 from golden.sorting_core import merge_sort_unit, sorting_core
 from tests.hard_cases.setting import camera_a, gaussians, merge, yaw
 from tests.hard_cases.test_tables import check_invariants, crowd
+
+KEY_MASK = (1 << REFERENCE.key_w) - 1
 
 
 def random_words(rng, n: int) -> np.ndarray:
@@ -98,6 +100,7 @@ def test_lists_of_a_frame_are_made_as_the_units_make_them():
 def test_the_late_core_draws_the_frame():
     for frame in late_frames(track(3, 2.0)):
         result = rasterise_late(
+            REFERENCE,
             (frame.merged.offsets, frame.merged.words),
             frame.features,
             tiles_of(128, 128),

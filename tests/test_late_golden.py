@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from golden import params, records
+from golden.formats import REFERENCE
 from golden.raster_core import late_buffer, late_core, late_timing
 from golden.raster_core.group_finder import mask
 from golden.raster_core.raster_core import rasterise
@@ -30,7 +31,7 @@ def drawn():
         features,
         lists,
         xy,
-        {first: late_core.rasterise_late(lists, features, xy, *SIZE, first=first) for first in FIRSTS},
+        {first: late_core.rasterise_late(REFERENCE, lists, features, xy, *SIZE, first=first) for first in FIRSTS},
     )
 
 
@@ -52,9 +53,9 @@ def test_the_length_of_the_first_batch_changes_no_pixel(drawn):
     """The same order, cut in another way: pixels, bitmaps and blends stay."""
     features, (offsets, _), xy, results = drawn
     words = results[params.CHUNK].words_out & ~records.INVALID
-    whole = rasterise((offsets, words), features, xy, *SIZE)
+    whole = rasterise(REFERENCE, (offsets, words), features, xy, *SIZE)
     for first in (1, 100, 299, 300):
-        cut = rasterise((offsets, words), features, xy, *SIZE, first=first)
+        cut = rasterise(REFERENCE, (offsets, words), features, xy, *SIZE, first=first)
         assert len(cut.counts) == len(xy) * sum(n > 0 for _, n in late_buffer.batches(300, first))
         for name in ("words_out", "bitmaps", "value", "rgb8", "transmittance", "pairs", "blends"):
             np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name), err_msg=f"{name}, first {first}")
@@ -64,13 +65,13 @@ def test_the_length_of_the_first_batch_changes_no_pixel(drawn):
 def test_work_counts_hits_and_candidates(drawn, first):
     features, (offsets, _), xy, results = drawn
     result = results[first]
-    hits, candidates = late_core.work(result, offsets, features, xy, *SIZE, first)
+    hits, candidates = late_core.work(REFERENCE, result, offsets, features, xy, *SIZE, first)
     assert ((result.counts == hits) | (result.counts == 0)).all()
     np.testing.assert_array_equal(np.add.reduceat(hits.sum(axis=(1, 2)), result.batch_offsets[:-1]), result.pairs)
     f, tile = features, 1
     for k, (at, n) in enumerate(late_buffer.batches(300, first)):
         index = records.indices_of(result.words_out[offsets[tile] + at : offsets[tile] + at + n])
-        found = np.array([mask(*f.chol[g], *f.mean[g], f.opacity[g], *xy[tile], *SIZE) for g in index])
+        found = np.array([mask(REFERENCE, *f.chol[g], *f.mean[g], f.opacity[g], *xy[tile], *SIZE) for g in index])
         for block in range(0, n, 16):
             bits = found[block : block + 16, None] >> np.arange(params.GROUPS) & 1
             batch = result.batch_offsets[tile] + k
@@ -81,7 +82,7 @@ def test_cycles_keep_to_the_bounds_of_every_stage(drawn):
     """Records, operations of each SCU and pixels take what they must, and not much more than their sum."""
     features, (offsets, _), xy, results = drawn
     result = results[params.CHUNK]
-    hits, candidates = late_core.work(result, offsets, features, xy, *SIZE)
+    hits, candidates = late_core.work(REFERENCE, result, offsets, features, xy, *SIZE)
     state = late_timing.new_state(0)
     times, px = np.zeros(late_timing.BATCH_N, np.int64), np.zeros(late_timing.PX_N, np.int64)
     before = 0

@@ -10,6 +10,7 @@ import pytest
 
 from golden import metrics, oracle, params, records
 from golden.cameras.camera import Camera
+from golden.formats import REFERENCE
 from golden.preprocess import Features, Projection, duplicate, encode, project
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
@@ -56,7 +57,7 @@ def random_scene(n: int, seed: int, opaque: float = 0.5, terms: int = 1) -> Gaus
 
 def tables(f: Features, camera: Camera) -> tuple[np.ndarray, np.ndarray, int]:
     """Exactly sorted by (key, index)."""
-    pairs = duplicate(f, camera.width, camera.height)
+    pairs = duplicate(REFERENCE, f, camera.width, camera.height)
     tile = np.repeat(np.arange(len(pairs.tile_offsets) - 1), np.diff(pairs.tile_offsets))
     order = np.lexsort((pairs.index, f.key[pairs.index], tile))
     return pairs.tile_offsets, pairs.index[order].astype(np.int64), params.TILE
@@ -69,14 +70,14 @@ def golden_picture(f: Features, camera: Camera, background=(0, 0, 0)) -> np.ndar
     origins = np.column_stack([x.ravel(), y.ravel()])
     words = records.entries(f.key[index].astype(np.int64), index)
     codes = tuple(int(v * 1024) for v in background)
-    result = rasterise((offsets, words), f, origins, camera.width, camera.height, codes)
-    return result.value * 2.0**-params.ACC_F
+    result = rasterise(REFERENCE, (offsets, words), f, origins, camera.width, camera.height, codes)
+    return result.value * 2.0**-REFERENCE.acc_f
 
 
 def both(scene: Gaussians, camera: Camera, background=(0, 0, 0)) -> tuple[np.ndarray, np.ndarray]:
     """(golden, oracle)."""
     p = project(scene, camera)
-    return golden_picture(encode(p), camera, background), oracle.render(p, camera, background)
+    return golden_picture(encode(REFERENCE, p), camera, background), oracle.render(p, camera, background)
 
 
 # ---- the oracle is the mathematics
@@ -129,7 +130,7 @@ def test_given_order_equals_brute_force_in_that_order():
 def test_exactly_sorted_tables_change_nothing():
     camera = camera_a(200, 136)
     p = project(random_scene(800, 6), camera)
-    listed = tables(encode(p), camera)
+    listed = tables(encode(REFERENCE, p), camera)
     image = oracle.render(p, camera, tables=listed)
     # a tile lists what the codes reach: a pixel at the very edge of the cut may differ, by at most the cut
     assert metrics.compare(image, oracle.render(p, camera))["max_lsb"] <= 1.001
@@ -155,8 +156,8 @@ def test_no_gaussians_is_background():
     camera = camera_a(30, 20)
     scene = random_scene(0, 0)
     assert (oracle.render(scene, camera, (0.1, 0.2, 0.3)) == np.array([0.1, 0.2, 0.3])).all()
-    f, p = encode(project(scene, camera)), project(scene, camera)
-    injected = oracle.render_injected(f, p, tables(f, camera), 30, 20, (0.1, 0.2, 0.3))
+    f, p = encode(REFERENCE, project(scene, camera)), project(scene, camera)
+    injected = oracle.render_injected(REFERENCE, f, p, tables(f, camera), 30, 20, (0.1, 0.2, 0.3))
     assert (injected == np.array([0.1, 0.2, 0.3])).all()
 
 
@@ -168,15 +169,15 @@ def lockstep(f: Features, p: Projection, x0: int, y0: int, order: list[int]) -> 
     out = np.zeros((8, 8, 3))
     for y in range(8):
         for x in range(8):
-            code, real = 1 << params.T_F, 1.0
+            code, real = 1 << REFERENCE.t_f, 1.0
             for i in order:
                 a, b, c = (int(v) for v in f.chol[i])
                 o = int(f.opacity[i])
-                u, v = setup(a, b, c, int(f.mean[i, 0]), int(f.mean[i, 1]), x0, y0)
-                power = scu.power(u + x * a + y * b, v + y * c, o)
-                if power > params.CUT or code < params.T_STOP:
+                u, v = setup(REFERENCE, a, b, c, int(f.mean[i, 0]), int(f.mean[i, 1]), x0, y0)
+                power = scu.power(REFERENCE, u + x * a + y * b, v + y * c, o)
+                if power > REFERENCE.cut or code < REFERENCE.t_stop:
                     continue
-                code -= scu.weight(scu.alpha(power), code)
+                code -= scu.weight(REFERENCE, scu.alpha(REFERENCE, power), code)
                 xx, xy, yy = p.cov2d[i]
                 d = np.array([x0 + x + 0.5, y0 + y + 0.5]) - p.mean2d[i]
                 alpha = min(0.99, p.opacity[i] * np.exp(-0.5 * d @ np.linalg.inv([[xx, xy], [xy, yy]]) @ d))
@@ -189,29 +190,29 @@ def test_injected_decisions_are_the_golden_ones():
     camera = camera_a(64, 64)
     layers = gaussians([(0, 0, z) for z in (2, 2.5, 3, 3.5, 4, 4.5)], scales=9.0, opacities=0.9)  # T below T_STOP
     p = project(merge(random_scene(120, 8), layers), camera)
-    f = encode(p)
+    f = encode(REFERENCE, p)
     listed = tables(f, camera)
-    image = oracle.render_injected(f, p, listed, 64, 64)
+    image = oracle.render_injected(REFERENCE, f, p, listed, 64, 64)
     for x0, y0 in ((0, 0), (24, 32), (56, 56)):
         truth = lockstep(f, p, x0, y0, [int(i) for i in listed[1]])
         assert np.abs(image[y0 : y0 + 8, x0 : x0 + 8] - truth).max() < 1e-9
 
 
 def test_injected_wants_the_golden_tiles():
-    f, p = encode(project(random_scene(3, 0), camera_a())), project(random_scene(3, 0), camera_a())
+    f, p = encode(REFERENCE, project(random_scene(3, 0), camera_a())), project(random_scene(3, 0), camera_a())
     with pytest.raises(ValueError, match="32-pixel"):
-        oracle.render_injected(f, p, (np.zeros(17), np.zeros(0), 32), 128, 128)
+        oracle.render_injected(REFERENCE, f, p, (np.zeros(17), np.zeros(0), 32), 128, 128)
 
 
 @pytest.mark.parametrize("opaque", [0.0, 0.5, 1.0])
 def test_golden_is_within_both_budgets(opaque):
     camera = camera_a(200, 136)
     p = project(random_scene(4000, 9, opaque, terms=16), camera)
-    f = encode(p)
+    f = encode(REFERENCE, p)
     assert not any(f.counters.values())
     background = (0.5, 0.25, 1.0)
     picture = golden_picture(f, camera, background)
-    injected = oracle.render_injected(f, p, tables(f, camera), 200, 136, background)
+    injected = oracle.render_injected(REFERENCE, f, p, tables(f, camera), 200, 136, background)
     assert metrics.compare(picture, injected)["max_lsb"] <= 0.25
     # own decisions, exact order: entries whose depths share a key but not the value may swap
     own = oracle.render(p, camera, background, tables=tables(f, camera))
@@ -253,7 +254,7 @@ def test_p07_p08_point_like_splat(far):
 
 
 def test_p12_third_touches_its_centre_only():
-    code = 2.0 ** (2.0**-params.OPACITY_F)
+    code = 2.0 ** (2.0**-REFERENCE.opacity_f)
     x = np.array([10.5, 34.5, 58.5, 82.5, 110.5])
     means = np.column_stack([(x - 64) / 64, np.full(5, 0.5 / 64), np.full(5, 2.0)])
     scene = gaussians(means, np.sqrt(8.7) / 64, np.array([0, 1 / 255 / code, 1 / 255, 1 / 255 * code, 1]))

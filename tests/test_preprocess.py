@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from golden import params
 from golden.cameras.camera import Camera, look_at
+from golden.formats import REFERENCE
 from golden.preprocess import encode, project
 from golden.preprocess.colour import colours
 from golden.preprocess.projection import depths
@@ -215,7 +215,7 @@ def test_p09_quaternion_of_any_length_and_sign():
         scene = gaussians([(0.3, -0.2, 2)] * len(q), scales=(0.3, 0.1, 0.03), quats=q)
         p = project(scene, camera_a())
         assert np.array_equal(p.cov2d[0], p.cov2d[1]) and p.visible.all()
-        chol = encode(p).chol
+        chol = encode(REFERENCE, p).chol
         assert np.abs(chol - chol[0]).max() <= 1
         check_projection(scene, camera_a())
 
@@ -238,14 +238,16 @@ def test_p11_opacity_zero_is_culled_by_alpha():
 
 
 def test_p12_opacity_around_the_cut():
-    code = 2.0 ** (2.0**-params.OPACITY_F)
+    code = 2.0 ** (2.0**-REFERENCE.opacity_f)
     logit = 1 / (1 + math.exp(-float(np.float32(-math.log(254)))))  # 1/255 as a float32 logit in a file
     opacities = np.array([0, 1 / 255 / code, 1 / 255, 1 / 255 * code, 1, logit])
     p = project(gaussians([(0, 0, 2)] * 6, scales=0.05, opacities=opacities), camera_a())
     assert list(p.visible) == [False, False, True, True, True, True] and p.counters["culled_alpha"] == 2
-    f = encode(p)
-    assert f.opacity[2] == f.opacity[5] == params.CUT >> 1
-    assert f.opacity[4] == 0 and (bound(int(f.opacity[2])) >= 0) and (bound(int(f.opacity[0])) < 0)
+    f = encode(REFERENCE, p)
+    assert f.opacity[2] == f.opacity[5] == REFERENCE.cut >> 1
+    assert (
+        f.opacity[4] == 0 and (bound(REFERENCE, int(f.opacity[2])) >= 0) and (bound(REFERENCE, int(f.opacity[0])) < 0)
+    )
 
 
 def test_p13_colour_is_clamped_below_only():

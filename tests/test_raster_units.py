@@ -6,18 +6,18 @@ import numba
 import numpy as np
 import pytest
 
-from golden import params
 from golden.fixed import half_up
+from golden.formats import COLOUR_LIMIT, REFERENCE
 from golden.raster_core import exp2_unit, power_unit
 from golden.raster_core import intersection_test_unit as itu
 from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.footprints import COLOUR_MAX, cholesky, gaussians, mean_code, opacity_code
 
-ONE = 1 << params.COLOUR_F
+ONE = 1 << REFERENCE.colour_f
 WHITE = (ONE, ONE, ONE)
 BLACK = (0, 0, 0)
-CUT_OPACITY = params.CUT >> (params.POWER_F - params.OPACITY_F)  # alpha at the cut in the centre
-CENTRE = (4 << params.MEAN_F) + (1 << (params.MEAN_F - 1))
+CUT_OPACITY = REFERENCE.cut >> (REFERENCE.power_f - REFERENCE.opacity_f)  # alpha at the cut in the centre
+CENTRE = (4 << REFERENCE.mean_f) + (1 << (REFERENCE.mean_f - 1))
 
 
 def flat(opacity: int, colour=WHITE, n: int = 1) -> np.ndarray:
@@ -27,14 +27,14 @@ def flat(opacity: int, colour=WHITE, n: int = 1) -> np.ndarray:
 
 def blend(layers: np.ndarray, x0: int = 0, y0: int = 0):
     """(t [64], acc [3, 64], done [64], pixels [n] that blended) of layers on a fresh subtile."""
-    state = scu.fresh()
+    state = scu.fresh(REFERENCE)
     trace = np.zeros(len(layers), np.uint64)
-    scu.blend_subtile(*state, x0, y0, layers, trace)
+    scu.blend_subtile(REFERENCE, *state, x0, y0, layers, trace)
     return *state, trace
 
 
 def in_lsb(acc: np.ndarray) -> np.ndarray:
-    return acc * 255 / 2**params.ACC_F
+    return acc * 255 / 2**REFERENCE.acc_f
 
 
 # Blending
@@ -54,7 +54,7 @@ def test_s02_a_thousand_faint_layers(white_first):
     want = 255 * (1 - (1 - 1 / 255) ** 500) * (1 if white_first else (1 - 1 / 255) ** 500)
     assert all(int(x).bit_count() == 64 for x in trace)
     assert np.abs(in_lsb(acc) - want).max() <= 0.25
-    assert np.abs(t / 2**params.T_F - (1 - 1 / 255) ** 1000).max() < 2e-4
+    assert np.abs(t / 2**REFERENCE.t_f - (1 - 1 / 255) ** 1000).max() < 2e-4
 
 
 def test_s03_faint_layers_run_into_the_rest_of_t_and_not_into_the_stop():
@@ -62,12 +62,12 @@ def test_s03_faint_layers_run_into_the_rest_of_t_and_not_into_the_stop():
     layers = flat(CUT_OPACITY, WHITE, 2500)
     layers[:, 6:] = colours[:, None]
     t, acc, done, trace = blend(layers)
-    alpha = 2.0 ** -(params.CUT / 2**params.POWER_F)
+    alpha = 2.0 ** -(REFERENCE.cut / 2**REFERENCE.power_f)
     want = 255 * np.sum(alpha * (1 - alpha) ** np.arange(2500) * (colours > 0))
     assert np.abs(in_lsb(acc) - want).max() <= 1
     rest = 127  # the largest T at which alpha * T rounds to 0: 0.12 LSB
-    assert half_up(scu.alpha(params.CUT) * rest, params.ALPHA_F) == 0
-    assert half_up(scu.alpha(params.CUT) * (rest + 1), params.ALPHA_F) == 1
+    assert half_up(scu.alpha(REFERENCE, REFERENCE.cut) * rest, REFERENCE.alpha_f) == 0
+    assert half_up(scu.alpha(REFERENCE, REFERENCE.cut) * (rest + 1), REFERENCE.alpha_f) == 1
     assert (t == rest).all() and not done.any() and int(trace[-1]).bit_count() == 64
 
 
@@ -76,93 +76,101 @@ def test_s04_white_on_white_is_white():
         layers = gaussians(1000, 3, kind=kind)
         layers[:, 6:] = ONE
         t, acc, _, _ = blend(layers)
-        assert (scu.resolve(acc, t, ONE) == 1 << params.ACC_F).all()
+        assert (scu.resolve(REFERENCE, acc, t, ONE) == 1 << REFERENCE.acc_f).all()
 
 
 def test_s05_alpha_at_the_cut_and_at_the_clamp():
     kept = [bool(blend(flat(CUT_OPACITY + code))[3][0]) for code in (-1, 0, 1)]
     assert kept == [True, True, False]
-    assert abs(2.0 ** -(params.CUT / 2**params.POWER_F) * 255 - 1) < 2.0**-13  # the cut's real value is 1/255
+    assert abs(2.0 ** -(REFERENCE.cut / 2**REFERENCE.power_f) * 255 - 1) < 2.0**-13  # the cut's real value is 1/255
     codes = np.arange(1 << 12)
-    alphas = np.array([scu.alpha(int(p)) for p in codes])
-    exact = 2.0 ** (-codes / 2**params.POWER_F)
+    alphas = np.array([scu.alpha(REFERENCE, int(p)) for p in codes])
+    exact = 2.0 ** (-codes / 2**REFERENCE.power_f)
     error = 2.0**-11  # of the exponential: it decides next to the clamp
-    assert (alphas[exact >= 0.99 * (1 + error)] == params.ALPHA_MAX).all()
-    assert (alphas[exact < 0.99 * (1 - error)] < params.ALPHA_MAX).all()
-    assert alphas.max() == params.ALPHA_MAX and (np.diff(alphas) <= 0).all()
+    assert (alphas[exact >= 0.99 * (1 + error)] == REFERENCE.alpha_max).all()
+    assert (alphas[exact < 0.99 * (1 - error)] < REFERENCE.alpha_max).all()
+    assert alphas.max() == REFERENCE.alpha_max and (np.diff(alphas) <= 0).all()
 
 
 def test_s06_three_opaque_layers_leave_one_code_of_t():
-    t = scu.T_ONE
+    t = 1 << REFERENCE.t_f
     for _ in range(3):
-        t, *_ = scu.blend_pixel(0, t, 0, 0, 0, 0, 0, 0)
-    assert t == 1 and abs(t / scu.T_ONE - 1e-6) <= 2.0**-params.T_F
-    assert scu.blend_pixel(0, t, 0, 0, 0, 0, 0, 0)[0] == 1
+        t, *_ = scu.blend_pixel(REFERENCE, 0, t, 0, 0, 0, 0, 0, 0)
+    assert t == 1 and abs(t / (1 << REFERENCE.t_f) - 1e-6) <= 2.0**-REFERENCE.t_f
+    assert scu.blend_pixel(REFERENCE, 0, t, 0, 0, 0, 0, 0, 0)[0] == 1
 
 
 def test_weights_stay_below_t_and_fit_one_bit_less():
     """The RTL gives a weight T_F bits, and looks for w = T in few low bits of T only."""
-    t = np.arange(1, scu.T_ONE + 1)
-    w = half_up(params.ALPHA_MAX * t, params.ALPHA_F)
-    assert (w <= t).all() and w.max() < scu.T_ONE
-    assert t[w == t].max() == (1 << (params.ALPHA_F - 1)) // ((1 << params.ALPHA_F) - params.ALPHA_MAX)
+    t = np.arange(1, (1 << REFERENCE.t_f) + 1)
+    w = half_up(REFERENCE.alpha_max * t, REFERENCE.alpha_f)
+    assert (w <= t).all() and w.max() < (1 << REFERENCE.t_f)
+    assert t[w == t].max() == (1 << (REFERENCE.alpha_f - 1)) // ((1 << REFERENCE.alpha_f) - REFERENCE.alpha_max)
 
 
 def test_s07_far_pixels_are_never_blended_and_p_is_monotone():
-    steps = np.concatenate([np.arange(0, 1 << 22, 997), 2 ** np.arange(18, params.STEP_W), [(1 << params.STEP_W) - 1]])
-    p = np.array([power_unit.power(int(u), 0, 0) for u in np.sort(steps)])
-    assert (np.diff(p) >= 0).all() and (p[np.sort(steps) > 3 << params.STEP_F] > params.CUT).all()
-    assert all(power_unit.power(int(u), 0, 0) == power_unit.power(-int(u), 0, 0) for u in steps)
+    steps = np.concatenate(
+        [np.arange(0, 1 << 22, 997), 2 ** np.arange(18, REFERENCE.step_w), [(1 << REFERENCE.step_w) - 1]]
+    )
+    p = np.array([power_unit.power(REFERENCE, int(u), 0, 0) for u in np.sort(steps)])
+    assert (np.diff(p) >= 0).all() and (p[np.sort(steps) > 3 << REFERENCE.step_f] > REFERENCE.cut).all()
+    assert all(power_unit.power(REFERENCE, int(u), 0, 0) == power_unit.power(REFERENCE, -int(u), 0, 0) for u in steps)
 
 
 def test_s08_no_footprint_makes_an_exponent_negative_or_alpha_large():
     for n, row in enumerate(gaussians(3000, 5, kind="codes")):
-        p = power_unit.powers(*row[:6], 8 * (n % 512), 8 * (n // 512))
-        floor = int(row[5]) << (params.POWER_F - params.OPACITY_F)
+        p = power_unit.powers(REFERENCE, *row[:6], 8 * (n % 512), 8 * (n // 512))
+        floor = int(row[5]) << (REFERENCE.power_f - REFERENCE.opacity_f)
         assert (p >= floor).all()
-        assert scu.alpha(min(floor, params.CUT)) <= params.ALPHA_MAX
+        assert scu.alpha(REFERENCE, min(floor, REFERENCE.cut)) <= REFERENCE.alpha_max
 
 
 def test_s09_every_code_of_the_exponential():
-    codes = np.arange(1 << (params.POWER_F + 3))
-    y = np.array([exp2_unit.exp2(p) for p in codes.tolist()])
-    exact = 2.0 ** (params.EXP_F - codes / 2**params.POWER_F)
+    codes = np.arange(1 << (REFERENCE.power_f + 3))
+    y = np.array([exp2_unit.exp2(REFERENCE, p) for p in codes.tolist()])
+    exact = 2.0 ** (REFERENCE.exp_f - codes / 2**REFERENCE.power_f)
     relative = y / exact - 1
-    kept = codes <= params.CUT
-    assert (np.diff(y) <= 0).all() and y.max() <= 1 << params.EXP_F
-    assert abs(y[0] / 2**params.EXP_F - 1) <= 2**-12
+    kept = codes <= REFERENCE.cut
+    assert (np.diff(y) <= 0).all() and y.max() <= 1 << REFERENCE.exp_f
+    assert abs(y[0] / 2**REFERENCE.exp_f - 1) <= 2**-12
     assert np.abs(relative[kept]).max() <= 2**-10 and abs(relative[kept].mean()) <= 2**-12
-    seams = np.arange(1, 8 * params.EXP_SEGMENTS) << exp2_unit.OFFSET_W
-    alpha = half_up(y, params.EXP_F - params.ALPHA_F)
-    assert (alpha[seams - 1] - alpha[seams]).max() <= 2 + np.ceil(2**params.ALPHA_F * np.log(2) / 2**params.POWER_F)
+    seams = np.arange(1, 8 * REFERENCE.exp_segments) << REFERENCE.offset_w
+    alpha = half_up(y, REFERENCE.exp_f - REFERENCE.alpha_f)
+    assert (alpha[seams - 1] - alpha[seams]).max() <= 2 + np.ceil(
+        2**REFERENCE.alpha_f * np.log(2) / 2**REFERENCE.power_f
+    )
 
 
 @pytest.mark.parametrize(("alpha", "n"), [(0.05, 1000), (1, 3)])
 def test_s11_largest_colour_does_not_wrap(alpha, n):
     layers = flat(int(opacity_code(np.array([alpha]))[0]), (COLOUR_MAX,) * 3, n)
     t, acc, _, _ = blend(layers)
-    top = scu.resolve(acc, t, COLOUR_MAX)
-    assert top.max() < 1 << params.ACC_W and np.abs(top / 2**params.ACC_F - params.COLOUR_MAX).max() < 1e-3
-    assert (np.array([scu.to_8_bit(int(x)) for x in acc.ravel()]) == 255).all()
+    top = scu.resolve(REFERENCE, acc, t, COLOUR_MAX)
+    assert top.max() < 1 << REFERENCE.acc_w and np.abs(top / 2**REFERENCE.acc_f - COLOUR_LIMIT).max() < 1e-3
+    assert (np.array([scu.to_8_bit(REFERENCE, int(x)) for x in acc.ravel()]) == 255).all()
 
 
 def test_s11_many_layers_of_one_code_cannot_fill_the_head_room():
     """At most half a code of rounding per code of T that a layer takes."""
-    assert COLOUR_MAX * scu.T_ONE * 2 ** (params.ACC_F - params.T_F - params.COLOUR_F) + scu.T_ONE / 2 < 2**params.ACC_W
+    assert (
+        COLOUR_MAX * (1 << REFERENCE.t_f) * 2 ** (REFERENCE.acc_f - REFERENCE.t_f - REFERENCE.colour_f)
+        + (1 << REFERENCE.t_f) / 2
+        < 2**REFERENCE.acc_w
+    )
 
 
 def test_s12_final_rounding_is_half_up():
     for k in (0, 1, 127, 254):
-        half = (2 * k + 1) * 2**params.ACC_F / (2 * 255)
+        half = (2 * k + 1) * 2**REFERENCE.acc_f / (2 * 255)
         below, above = int(np.ceil(half)) - 1, int(np.ceil(half))
-        assert [scu.to_8_bit(below), scu.to_8_bit(above)] == [k, k + 1]
-    assert scu.to_8_bit(0) == 0 and scu.to_8_bit((1 << params.ACC_W) - 1) == 255
+        assert [scu.to_8_bit(REFERENCE, below), scu.to_8_bit(REFERENCE, above)] == [k, k + 1]
+    assert scu.to_8_bit(REFERENCE, 0) == 0 and scu.to_8_bit(REFERENCE, (1 << REFERENCE.acc_w) - 1) == 255
 
 
 def test_pixel_words_hold_the_state():
     t, acc, done, _ = blend(gaussians(100, 6))
     done[5] = 1
-    for got, want in zip(scu.unpack(scu.pack(t, acc, done)), (t, acc, done), strict=True):
+    for got, want in zip(scu.unpack(REFERENCE, scu.pack(REFERENCE, t, acc, done)), (t, acc, done), strict=True):
         assert (got == want).all()
 
 
@@ -174,8 +182,8 @@ def needed(mean_x, mean_y, a, b, c, opacity, x0, y0):
     """64-bit bitmap of the subtiles of a tile in which the blend unit keeps a pixel."""
     bits = np.uint64(0)
     for s in range(64):
-        p = power_unit.powers(mean_x, mean_y, a, b, c, opacity, x0 + 8 * (s & 7), y0 + 8 * (s >> 3))
-        if p.min() <= params.CUT:
+        p = power_unit.powers(REFERENCE, mean_x, mean_y, a, b, c, opacity, x0 + 8 * (s & 7), y0 + 8 * (s >> 3))
+        if p.min() <= REFERENCE.cut:
             bits |= np.uint64(1) << np.uint64(s)
     return bits
 
@@ -186,7 +194,7 @@ def compare(rows, x0, y0):
     missed = hits = need = 0
     for n in range(len(rows)):
         mean_x, mean_y, a, b, c, opacity = rows[n, :6]
-        got = itu.tile_bitmap(a, b, c, mean_x, mean_y, opacity, x0, y0, x0 + 64, y0 + 64)
+        got = itu.tile_bitmap(REFERENCE, a, b, c, mean_x, mean_y, opacity, x0, y0, x0 + 64, y0 + 64)
         want = needed(mean_x, mean_y, a, b, c, opacity, x0, y0)
         for s in range(64):
             g, w = (got >> np.uint64(s)) & np.uint64(1), (want >> np.uint64(s)) & np.uint64(1)
@@ -220,11 +228,12 @@ def test_no_pixel_is_missed_and_hardly_a_subtile_is_set_in_vain(kind, vain):
 
 def test_i01_ellipse_that_ends_on_a_pixel_centre():
     """Nine neighbours of the case; the unit's margin may set the tile where no pixel passes, never the reverse."""
-    chol = np.rint(np.sqrt(np.log2(np.e) / 2) * 2**params.CHOL_F).astype(np.int64) * np.array([1, 0, 1])
+    chol = np.rint(np.sqrt(np.log2(np.e) / 2) * 2**REFERENCE.chol_f).astype(np.int64) * np.array([1, 0, 1])
     exact = rows_of(np.array([61.5]), np.array([32.5]), chol, 0.3530083580)[0]
     rows = np.array([exact + [dx, 0, 0, 0, 0, do] for dx in (-1, 0, 1) for do in (-1, 0, 1)])
     found = [
-        (int(itu.tile_bitmap(*r[2:5], *r[:2], r[5], 64, 0, 128, 64)) > 0, int(needed(*r, 64, 0)) > 0) for r in rows
+        (int(itu.tile_bitmap(REFERENCE, *r[2:5], *r[:2], r[5], 64, 0, 128, 64)) > 0, int(needed(*r, 64, 0)) > 0)
+        for r in rows
     ]
     assert all(hit >= need for hit, need in found)
     assert {need for _, need in found} == {False, True}
@@ -234,9 +243,9 @@ def test_i01_ellipse_that_ends_on_a_pixel_centre():
 def test_i02_the_extent_depends_on_the_opacity_and_is_not_three_sigma():
     chol = cholesky(np.array([10.0]), np.array([10.0]), np.zeros(1), low_pass=0)
     row = rows_of(np.array([33.0]), np.array([32.5]), chol, 1.0)[0]
-    assert needed(*row, 64, 0) and itu.tile_bitmap(*row[2:5], *row[:2], row[5], 64, 0, 128, 64)
+    assert needed(*row, 64, 0) and itu.tile_bitmap(REFERENCE, *row[2:5], *row[:2], row[5], 64, 0, 128, 64)
     faint = rows_of(np.array([33.0]), np.array([32.5]), chol, 0.3)[0]
-    assert not itu.tile_bitmap(*faint[2:5], *faint[:2], faint[5], 64, 0, 128, 64)
+    assert not itu.tile_bitmap(REFERENCE, *faint[2:5], *faint[:2], faint[5], 64, 0, 128, 64)
 
 
 def test_i05_needles_at_all_angles_and_shifts():
@@ -255,7 +264,9 @@ def test_i06_splat_between_pixel_centres_blends_nothing():
     listed = 0
     for x0, y0 in ((0, 0), (64, 0), (0, 64), (64, 64)):
         assert not needed(*row, x0, y0)
-        listed += int(itu.tile_bitmap(*row[2:5], *row[:2], row[5], x0, y0, 128, 128)).bit_count()
+        listed += int(itu.tile_bitmap(REFERENCE, *row[2:5], *row[:2], row[5], x0, y0, 128, 128)).bit_count()
     assert listed <= 4
     faint = rows_of(np.array([64.0]), np.array([64.0]), chol, 0.0088)[0]
-    assert not any(itu.tile_bitmap(*faint[2:5], *faint[:2], faint[5], x, y, 128, 128) for x in (0, 64) for y in (0, 64))
+    assert not any(
+        itu.tile_bitmap(REFERENCE, *faint[2:5], *faint[:2], faint[5], x, y, 128, 128) for x in (0, 64) for y in (0, 64)
+    )

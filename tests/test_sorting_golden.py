@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden import params
+from golden.formats import REFERENCE
 from golden.records import INVALID, entries
 from golden.sorting_core import bitonic_sort_unit, merge_sort_unit, sorting_core
 
@@ -14,7 +15,7 @@ LENGTHS = [0, 1, 2, 127, 128, 129, 200, 255, 256, 257, 383, 384, 385, 511, 512, 
 def words(n: int, seed: int = 0, invalid: float = 0.0, keys: int = 0) -> np.ndarray:
     """[n] random entries; one in four keys comes twice, or there are only `keys` of them."""
     rng = np.random.default_rng([seed, n])
-    key = rng.integers(0, keys or 1 << params.KEY_W, n)
+    key = rng.integers(0, keys or 1 << REFERENCE.key_w, n)
     key[rng.random(n) < 0.25] = key[0] if n else 0
     return entries(key, rng.integers(0, 1 << params.INDEX_W, n)) | (rng.random(n) < invalid) * INVALID
 

@@ -7,6 +7,7 @@ import pytest
 
 from golden import metrics, scene
 from golden.errors import InputError
+from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, parse_sorting, tiles_of
 from golden.raster_core.raster_core import rasterise
 from golden.records import INVALID, entries, indices_of
@@ -96,7 +97,13 @@ def test_periodic_draws_the_frozen_tables_between_full_sorts():
         assert np.array_equal(frame.order.words, start.order.words)
         assert (frame.incoming.words.size == 0) == (number % 3 > 0)
         drawn = rasterise(
-            (start.order.offsets, start.order.words), frame.features, tiles_of(128, 128), 128, 128, (0, 0, 0)
+            REFERENCE,
+            (start.order.offsets, start.order.words),
+            frame.features,
+            tiles_of(128, 128),
+            128,
+            128,
+            (0, 0, 0),
         )
         assert np.array_equal(drawn.value, frame.raster.value)
     assert not np.array_equal(result[1].raster.value, full[1].raster.value)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from golden import params
+from golden.formats import REFERENCE
 from golden.frame import Renderer
 from golden.records import indices_of
 from golden.settings import Settings
@@ -273,7 +273,7 @@ def test_regions_do_not_overlap(name):
 
 
 def test_lists_start_with_lines():
-    starts = list_starts(640, np.array([0, 1, 10, 11, 0]), params.ENTRY_BYTES)
+    starts = list_starts(640, np.array([0, 1, 10, 11, 0]), REFERENCE.entry_bytes)
     assert starts.tolist() == [640, 640, 704, 768, 896, 896]
-    assert list_lines(np.array([0, 1, 10, 11, 0]), params.ENTRY_BYTES) == 4
+    assert list_lines(np.array([0, 1, 10, 11, 0]), REFERENCE.entry_bytes) == 4
     assert image_lines(128, 3) == 24 and image_lines(130, 3) == 27

@@ -117,7 +117,7 @@ class Cosim:
         self.renderer = renderer or Renderer(job.gaussians, job.settings, sorting)
         keys = job.settings
         self.latency = dma.Latency(keys.read_latency, keys.write_latency, keys.answer_jitter, seed & 0xFFFFFF)
-        self.slice = Slice(self.latency)
+        self.slice = Slice(job.settings.formats(), self.latency)
         self.tables: Lists | None = None  # as the RTL wrote them
         self.progress = progress
         self.task = progress.add_task("cosim", total=len(job.frames))
@@ -135,10 +135,12 @@ class Cosim:
         table, incoming, order = frame.table, frame.incoming, frame.order
         places = self.slice.places()
         lists = (table.offsets, table.words), (incoming.offsets, incoming.words)
-        jobs, _ = sort_jobs(*lists, first, self.latency, places)
+        jobs, _ = sort_jobs(frame.formats, *lists, first, self.latency, places)
         width, height = frame.camera.width, frame.camera.height
         tiles = tiles_of(width, height)
-        return frame_times(jobs, (order.offsets, order.words), frame.raster, tiles, width, height, self.latency, places)
+        return frame_times(
+            frame.formats, jobs, (order.offsets, order.words), frame.raster, tiles, width, height, self.latency, places
+        )
 
     def frame(self, index: int) -> Result:
         """Render and compare the frame of camera `index`."""
@@ -174,7 +176,7 @@ class Cosim:
         self.compared["pixels"] += rtl.value.shape[0] * rtl.value.shape[1]
         self.compared["cycles"] += rtl.cycles
         self.cycles += rtl.cycles
-        image = (rtl.value * 2.0**-params.ACC_F).astype(np.float32)
+        image = (rtl.value * 2.0**-frame.formats.acc_f).astype(np.float32)
         return Result(image, frame.counters, _cycles(rtl), mismatches, difference, frame)
 
     def summary(self) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from golden import dma, params, records
 from golden.cosim import build
+from golden.formats import Formats
 from golden.slice import Places
 
 SLOT = 64  # bytes: tables begin at multiples of it
@@ -37,7 +38,7 @@ class SliceFrame:
     offsets: np.ndarray  # int64[T + 1]
     words: np.ndarray  # int64[E] the new tables, as written back
     bitmaps: np.ndarray  # uint64[E] subtiles hit, bit 8*row + column
-    value: np.ndarray  # int32[H, W, 3] UQ3.20
+    value: np.ndarray  # int32[H, W, 3] UQ3.ACC_F
     rgb8: np.ndarray  # uint8[H, W, 3], from memory
     blends: np.ndarray  # int64[T]
     accepted: np.ndarray  # int64[T] cycle in which the slice took the tile
@@ -89,8 +90,14 @@ class Slice:
     """
 
     def __init__(
-        self, latency: dma.Latency = dma.LATENCY, stall: int = 0, watchdog: int = 200_000, size: int = 1 << 20
+        self,
+        formats: Formats,
+        latency: dma.Latency = dma.LATENCY,
+        stall: int = 0,
+        watchdog: int = 200_000,
+        size: int = 1 << 20,
     ):
+        self.formats = formats
         self._library = _library()
         self._slice = None
         self._timing = (*latency, stall, watchdog)
@@ -188,11 +195,13 @@ class Slice:
 
     def _load(self, features, table, incoming, tile_xy, width, height, background, first):
         """Places a frame in memory, which grows when it has to; returns (config, tiles) for `start`."""
-        data = records.record_bytes(features).ravel()
+        data = records.record_bytes(self.formats, features).ravel()
         (table_at, table_words), (in_at, in_words) = table, incoming
         table_n, in_n = np.diff(table_at), np.diff(in_at)
         stride = _align(4 * width, SLOT)
-        sizes = [(n * params.ENTRY_BYTES + SLOT - 1) // SLOT * SLOT for n in (table_n, in_n, in_n, table_n + in_n)]
+        sizes = [
+            (n * self.formats.entry_bytes + SLOT - 1) // SLOT * SLOT for n in (table_n, in_n, in_n, table_n + in_n)
+        ]
         places, end = [], 0
         for size in sizes:
             places.append(end + np.concatenate([[0], np.cumsum(size)[:-1]]).astype(np.int64))
@@ -205,7 +214,7 @@ class Slice:
         self.memory[picture_at:total] = 0
         for place, at, words in ((places[0], table_at, table_words), (places[1], in_at, in_words)):
             for t, start in enumerate(place):
-                part = records.entry_bytes(np.asarray(words[at[t] : at[t + 1]], np.int64))
+                part = records.entry_bytes(self.formats, np.asarray(words[at[t] : at[t + 1]], np.int64))
                 self.memory[start : start + part.size] = part
         config = np.array([width, height, *background, feature_at, picture_at, stride, first], np.int64)
         xy = np.asarray(tile_xy, np.int64)
@@ -215,7 +224,7 @@ class Slice:
         width, height, picture_at, stride = (int(self.config[k]) for k in (0, 1, 6, 7))
         offsets = np.concatenate([[0], np.cumsum(self.done_n)]).astype(np.int64)
         parts = [
-            records.entries_from_bytes(self.memory[at : at + n * params.ENTRY_BYTES])
+            records.entries_from_bytes(self.formats, self.memory[at : at + n * self.formats.entry_bytes])
             for at, n in zip(self.tiles[:, 7].tolist(), self.done_n.tolist(), strict=True)
         ]
         picture = self.memory[picture_at : picture_at + stride * height].reshape(height, stride)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from golden import oracle, params
+from golden.formats import REFERENCE
 from golden.hard_cases.case import case
 from golden.hard_cases.pixels import bits_set, needed, one_a_tile
 from golden.hard_cases.run import Run, cycles, lsb
@@ -21,7 +22,7 @@ EMPTY_TILE = 1100  # cycles of a tile without an entry: 1,024 beats of pixels, a
     "I01", "Ellipse that ends exactly on a pixel centre", "raster_core/test_intersection_test_unit: the_limit_is_exact"
 )
 def i01(run: Run) -> None:
-    exact = encode(ellipses((61.5, 32.5), (1, 0, 1), 0.3530083580))
+    exact = encode(REFERENCE, ellipses((61.5, 32.5), (1, 0, 1), 0.3530083580))
     missed = vain = wanted = 0
     for dx in (-1, 0, 1):
         for do in (-1, 0, 1):

@@ -7,6 +7,7 @@ import numpy as np
 
 from golden import params
 from golden.cameras.camera import Camera
+from golden.formats import REFERENCE
 from golden.preprocess import Features, Pairs
 from golden.raster_core import power_unit
 
@@ -18,8 +19,10 @@ def _needed(mean, chol, opacity, origins):
         x0, y0 = origins[n]
         for s in range(params.SUBTILES):
             x, y = x0 + params.SUBTILE * (s & 7), y0 + params.SUBTILE * (s >> 3)
-            p = power_unit.powers(mean[n, 0], mean[n, 1], chol[n, 0], chol[n, 1], chol[n, 2], opacity[n], x, y)
-            if p.min() <= params.CUT:
+            p = power_unit.powers(
+                REFERENCE, mean[n, 0], mean[n, 1], chol[n, 0], chol[n, 1], chol[n, 2], opacity[n], x, y
+            )
+            if p.min() <= REFERENCE.cut:
                 bits[n] |= np.uint64(1) << np.uint64(s)
     return bits
 

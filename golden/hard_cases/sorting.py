@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from golden import params
+from golden.formats import REFERENCE
 from golden.hard_cases.case import case
 from golden.hard_cases.run import Run
-from golden.records import INDEX_MASK, INVALID, KEY_MASK, entries, indices_of, keys_of
+from golden.records import INDEX_MASK, INVALID, entries, indices_of, keys_of
 from golden.sorting_core import bitonic_sort_unit as bsu
 
 NETWORKS = (("ring", bsu.ring), ("bitonic", bsu.bitonic))
 N = params.SORT_N
+KEY_MASK = (1 << REFERENCE.key_w) - 1
 
 
 @case("B01", "All 0/1 inputs", "sorting_core/test_bitonic_sweep: every_group_of_zeros_and_ones_is_sorted")

@@ -15,15 +15,15 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.formats import Formats
 from golden.preprocess.encode import Features
 from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.intersection_test_unit import NARROW, bound, squared
+from golden.raster_core.intersection_test_unit import bound, squared
 
 _HALF = params.UNITS * params.SUBTILE  # pixels set up at once: a group of four subtiles
-_STEP = 1.0 / (1 << params.STEP_F)
 # The test truncates |u| and |v| by up to one code each, which may add sqrt(2) codes to the radius; u0 and v0 are off by
-# half a code of STEP_F. More than twice that, so that the rounding of real arithmetic cannot matter.
-_SLACK = 4.0 * (1 << NARROW) * _STEP
+# half a code of STEP_F. In codes of ITU_F; more than twice that, so that the rounding of real arithmetic cannot matter.
+_SLACK = 4.0
 _BLOCKS = 256  # Gaussians are counted and filled in this many runs
 
 
@@ -40,18 +40,17 @@ def tile_grid(width: int, height: int) -> tuple[int, int]:
     return -(-width // params.TILE), -(-height // params.TILE)
 
 
-def duplicate(features: Features, width: int, height: int) -> Pairs:
+def duplicate(f: Formats, features: Features, width: int, height: int) -> Pairs:
     """Every (tile, visible Gaussian) whose bitmap is not empty in a width x height picture."""
-    f = features
     columns, rows = tile_grid(width, height)
-    n = len(f.visible)
+    n = len(features.visible)
     boxes = np.empty((n, 4), np.int16)
     area = np.empty(n, np.int64)
-    _boxes(f.mean, f.chol, f.opacity, f.visible, columns, rows, boxes, area)
+    _boxes(f, features.mean, features.chol, features.opacity, features.visible, columns, rows, boxes, area)
     start = np.concatenate((np.zeros(1, np.int64), np.cumsum(area)))
     hits = np.empty(start[-1], np.bool_)
     counts = np.zeros((_BLOCKS, columns * rows), np.int64)
-    _test(f.mean, f.chol, f.opacity, (width, height, columns), boxes, start, hits, counts)
+    _test(f, features.mean, features.chol, features.opacity, (width, height, columns), boxes, start, hits, counts)
     totals = counts.sum(axis=0)
     tile_offsets = np.concatenate((np.zeros(1, np.int64), np.cumsum(totals)))
     counts = np.cumsum(counts, axis=0) - counts + tile_offsets[:-1]
@@ -61,34 +60,35 @@ def duplicate(features: Features, width: int, height: int) -> Pairs:
 
 
 @numba.njit(inline="always", cache=True)
-def _real(chol, opacity, i):
+def _real(f: Formats, chol, opacity, i):
     """(a, b, c, radius): the footprint in real numbers and the largest sqrt(u^2 + v^2), grown; radius < 0: no pixel."""
-    limit = bound(opacity[i])
+    limit = bound(f, opacity[i])
     if limit < 0:
         return 0.0, 0.0, 0.0, -1.0
-    radius = math.sqrt(limit) / (1 << params.ITU_F) + _SLACK
-    return chol[i, 0] * _STEP, chol[i, 1] * _STEP, chol[i, 2] * _STEP, radius
+    radius = (math.sqrt(limit) + _SLACK) / (1 << f.itu_f)
+    step = 1.0 / (1 << f.chol_f)
+    return chol[i, 0] * step, chol[i, 1] * step, chol[i, 2] * step, radius
 
 
 @numba.njit(parallel=True, cache=True, error_model="numpy")
-def _boxes(mean, chol, opacity, visible, columns, rows, boxes, area):
+def _boxes(f: Formats, mean, chol, opacity, visible, columns, rows, boxes, area):
     """Tiles of the bounding box of each grown ellipse: first column, first row, end column, end row; and how many."""
     for i in numba.prange(len(visible)):
         boxes[i] = 0
         area[i] = 0
         if not visible[i]:
             continue
-        a, b, c, radius = _real(chol, opacity, i)
+        a, b, c, radius = _real(f, chol, opacity, i)
         if radius < 0:
             continue
         # a or c of zero makes these infinite, 0 / 0 NaN: both mean "everywhere"
         half_x = radius * math.sqrt(b * b + c * c) / (a * c)
         half_y = radius / c
-        everywhere = 2.0 * params.TILE * max(columns, rows) + 2.0 * (1 << (params.MEAN_W - params.MEAN_F))
+        everywhere = 2.0 * params.TILE * max(columns, rows) + 2.0 * (1 << (f.mean_w - f.mean_f))
         half_x = half_x if half_x < everywhere else everywhere
         half_y = half_y if half_y < everywhere else everywhere
-        x = mean[i, 0] / (1 << params.MEAN_F)
-        y = mean[i, 1] / (1 << params.MEAN_F)
+        x = mean[i, 0] / (1 << f.mean_f)
+        y = mean[i, 1] / (1 << f.mean_f)
         left = max(math.floor((x - half_x) / params.TILE), 0.0)
         right = min(math.floor((x + half_x) / params.TILE) + 1, float(columns))
         top = max(math.floor((y - half_y) / params.TILE), 0.0)
@@ -105,7 +105,7 @@ def _block(k, n):
 
 
 @numba.njit(parallel=True, cache=True)
-def _test(mean, chol, opacity, size, boxes, start, hits, counts):
+def _test(f: Formats, mean, chol, opacity, size, boxes, start, hits, counts):
     width, height, columns = size
     n = len(opacity)
     for k in numba.prange(_BLOCKS):
@@ -114,7 +114,7 @@ def _test(mean, chol, opacity, size, boxes, start, hits, counts):
             at = start[i]
             for row in range(boxes[i, 1], boxes[i, 3]):
                 for column in range(boxes[i, 0], boxes[i, 2]):
-                    hit = _touches(mean, chol, opacity, i, column * params.TILE, row * params.TILE, width, height)
+                    hit = _touches(f, mean, chol, opacity, i, column * params.TILE, row * params.TILE, width, height)
                     hits[at] = hit
                     at += 1
                     if hit:
@@ -159,40 +159,40 @@ def _nearest(a, b, c, left, right, top, bottom):
 
 
 @numba.njit(cache=True)
-def _touches(mean, chol, opacity, i, x0, y0, width, height):
+def _touches(f: Formats, mean, chol, opacity, i, x0, y0, width, height):
     """tile_bitmap(...) != 0 of Gaussian i and the tile at pixel (x0, y0)."""
     mean_x, mean_y = np.int64(mean[i, 0]), np.int64(mean[i, 1])
     columns = min(params.TILE, -(-(width - x0) // params.SUBTILE) * params.SUBTILE)  # pixels of live subtiles
     rows = min(params.TILE, -(-(height - y0) // params.SUBTILE) * params.SUBTILE)
-    a, b, c, radius = _real(chol, opacity, i)
-    left = x0 + 0.5 - mean_x / (1 << params.MEAN_F)
-    top = y0 + 0.5 - mean_y / (1 << params.MEAN_F)
+    a, b, c, radius = _real(f, chol, opacity, i)
+    left = x0 + 0.5 - mean_x / (1 << f.mean_f)
+    top = y0 + 0.5 - mean_y / (1 << f.mean_f)
     form, dy = _nearest(a, b, c, left, left + columns - 1, top, top + rows - 1)
     if form > radius * radius:
         return False
     guess = int(_clamp(math.floor(dy - top + 0.5), 0.0, rows - 1.0))
     code_a, code_b, code_c = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
-    limit = bound(np.int64(opacity[i]))
+    limit = bound(f, np.int64(opacity[i]))
     for step in range(2 * rows):  # guess, guess + 1, guess - 1, guess + 2, ...
         j = guess + ((step + 1) >> 1 if step & 1 else -(step >> 1))
-        if 0 <= j < rows and _row_hit(code_a, code_b, code_c, mean_x, mean_y, limit, x0, y0, j, columns):
+        if 0 <= j < rows and _row_hit(f, code_a, code_b, code_c, mean_x, mean_y, limit, x0, y0, j, columns):
             return True
     return False
 
 
 @numba.njit(cache=True)
-def _row_hit(a, b, c, mean_x, mean_y, limit, x0, y0, row, columns):
+def _row_hit(f: Formats, a, b, c, mean_x, mean_y, limit, x0, y0, row, columns):
     """Does pixel row `row` of the tile hit in any subtile? The arithmetic of intersection_test_unit.subtile_hit."""
     j = row & (params.SUBTILE - 1)
     for x in range(x0, x0 + columns, _HALF):
-        u0, v0 = setup(a, b, c, mean_x, mean_y, x, y0 + row - j)
-        rest = limit - squared(abs(v0 + j * c))
+        u0, v0 = setup(f, a, b, c, mean_x, mean_y, x, y0 + row - j)
+        rest = limit - squared(f, abs(v0 + j * c))
         if rest < 0:
             return False
         for s in range(0, min(_HALF, x0 + columns - x), params.SUBTILE):
             low = u0 + s * a + j * b
             high = low + (params.SUBTILE - 1) * a
             du = low if low > 0 else (-high if high < 0 else 0)
-            if squared(du) <= rest:
+            if squared(f, du) <= rest:
                 return True
     return False

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 from golden import params, records
+from golden.formats import Formats
 
 BANKS = 2  # batches that are fetched or worked on at once
 
@@ -23,12 +24,12 @@ def updated(words: np.ndarray, keys: np.ndarray, hit: np.ndarray) -> np.ndarray:
     return records.entries(keys, records.indices_of(words)) | np.where(hit, 0, records.INVALID)
 
 
-def blocks(words: np.ndarray) -> list[tuple[int | None, int, int]]:
+def blocks(f: Formats, words: np.ndarray) -> list[tuple[int | None, int, int]]:
     """A table's beats (word, len, last) of the block stream; the word of an empty block is None."""
     out = []
     for first, n in batches(len(words)):
         last = int(n < params.CHUNK)
-        out += [(int(word), n, last) for word in words[first : first + n]] or [(None, 0, last)]
+        out += [(int(word), n, last) for word in records.hardware(f, words[first : first + n])] or [(None, 0, last)]
     return out
 
 

@@ -6,36 +6,27 @@ so both ends of every chord are lowered by half of that: the error is centred, a
 
 from __future__ import annotations
 
-import math
-from itertools import pairwise
-
 import numba
 import numpy as np
 
-from golden import params
 from golden.fixed import half_up
+from golden.formats import EXP_BITS, EXP_SEGMENTS, Formats, exp_table
 
-OFFSET_W = params.POWER_F - params.EXP_SEGMENTS.bit_length() + 1  # bits of p below the segment number
-SLOPE_SHIFT = OFFSET_W
 LATENCY = 1  # cycles from in_p to out_y
 
-
-def table() -> list[tuple[int, int]]:
-    """[EXP_SEGMENTS] of (base UQ1.EXP_F, drop over the segment UQ0.EXP_F)."""
-    lowered = 1 - (math.log(2) / params.EXP_SEGMENTS) ** 2 / 16
-    ends = [round(lowered * 2.0 ** (params.EXP_F - i / params.EXP_SEGMENTS)) for i in range(params.EXP_SEGMENTS + 1)]
-    return [(a, a - b) for a, b in pairwise(ends)]
-
-
-_TABLE = np.array(table(), np.int64)
+# Every table that formats can ask for, one behind the other: compiled code needs no new one for another format.
+_TABLES = np.array(
+    [row for bits in EXP_BITS for segments in EXP_SEGMENTS for row in exp_table(segments, bits)], np.int32
+)
+BASE, SLOPE = _TABLES[:, 0].copy(), _TABLES[:, 1].copy()
 
 
 @numba.njit(inline="always", cache=True)
-def exp2(p):
+def exp2(f: Formats, p):
     """2^-p: p UQ3.POWER_F -> UQ1.EXP_F, half_up."""
-    whole = p >> params.POWER_F
-    fraction = p & ((1 << params.POWER_F) - 1)
-    segment = fraction >> OFFSET_W
-    offset = fraction & ((1 << OFFSET_W) - 1)
-    y = _TABLE[segment, 0] - ((_TABLE[segment, 1] * offset) >> SLOPE_SHIFT)
+    whole = p >> f.power_f
+    fraction = p & ((1 << f.power_f) - 1)
+    segment = fraction >> f.offset_w
+    offset = fraction & ((1 << f.offset_w) - 1)
+    y = BASE[f.exp_at + segment] - ((np.int64(SLOPE[f.exp_at + segment]) * offset) >> f.offset_w)
     return half_up(y << 1, whole + 1)

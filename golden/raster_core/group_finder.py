@@ -10,6 +10,7 @@ import numba
 
 from golden import params
 from golden.fixed import sat_s
+from golden.formats import Formats
 from golden.raster_core.ellipse_setup import offset
 
 LATENCY = 10  # cycles from in_valid to out_valid
@@ -23,15 +24,15 @@ _HIGH = params.SUBTILE - 1
 
 
 @numba.njit(inline="always", cache=True)
-def narrow(x):
+def narrow(f: Formats, x):
     """Sum of products .(CHOL_F + MEAN_F) to SQ8.MID_F: floor, sat."""
-    return sat_s(x >> (params.CHOL_F + params.MEAN_F - MID_F), MID_F + 9)
+    return sat_s(x >> (f.chol_f + f.mean_f - MID_F), MID_F + 9)
 
 
 @numba.njit(inline="always", cache=True)
-def extent(x):
+def extent(f: Formats, x):
     """Half of a range x .CHOL_F, .MID_F: rounded up, with SLACK."""
-    return (x >> (params.CHOL_F - MID_F + 1)) + SLACK
+    return (x >> (f.chol_f - MID_F + 1)) + SLACK
 
 
 @numba.njit(inline="always", cache=True)
@@ -43,27 +44,25 @@ def near(centre, half):
 
 
 @numba.njit(inline="always", cache=True)
-def limit(opacity):
+def limit(f: Formats, opacity):
     """intersection_test_unit.bound, SQ3.(2*NEAR_F), floor."""
-    return (params.CUT - (opacity << (params.POWER_F - params.OPACITY_F)) + params.ITU_MARGIN) >> (
-        params.POWER_F - 2 * NEAR_F
-    )
+    return (f.cut - (opacity << (f.power_f - f.opacity_f)) + f.itu_margin) >> (f.power_f - 2 * NEAR_F)
 
 
 @numba.njit(cache=True)
-def mask(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
+def mask(f: Formats, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
     """Bit g is 0 only if group_tester.tile_bits has no hit in group g of the tile at (x0, y0)."""
-    dx = offset(x0, mean_x) + (_WIDE << (params.MEAN_F - 1))
-    dy = offset(y0, mean_y) + (_HIGH << (params.MEAN_F - 1))
-    u, v = narrow(a * dx + b * dy), narrow(c * dy)
-    half_u, half_v = extent(_WIDE * a + _HIGH * abs(b)), extent(_HIGH * c)
-    down = params.CHOL_F - MID_F - 3  # 8b and 8c, floor
-    right = params.CHOL_F - MID_F - 5  # 32a, floor
+    dx = offset(f, x0, mean_x) + (_WIDE << (f.mean_f - 1))
+    dy = offset(f, y0, mean_y) + (_HIGH << (f.mean_f - 1))
+    u, v = narrow(f, a * dx + b * dy), narrow(f, c * dy)
+    half_u, half_v = extent(f, _WIDE * a + _HIGH * abs(b)), extent(f, _HIGH * c)
+    down = f.chol_f - MID_F - 3  # 8b and 8c, floor
+    right = f.chol_f - MID_F - 5  # 32a, floor
     bits = 0
     for g in range(params.GROUPS):
         row, half = g >> 1, g & 1
         if y0 + row * params.SUBTILE < height and x0 + half * (_WIDE + 1) < width:
-            rest = limit(opacity) - near(v + row * (c >> down), half_v)
+            rest = limit(f, opacity) - near(v + row * (c >> down), half_v)
             if near(u + row * (b >> down) + half * (a >> right), half_u) <= rest:
                 bits |= 1 << g
     return bits

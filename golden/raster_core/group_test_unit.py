@@ -5,6 +5,7 @@ from __future__ import annotations
 import numba
 
 from golden import params
+from golden.formats import Formats
 from golden.raster_core import ellipse_setup
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import UNIT_LATENCY, bound, subtile_hit
@@ -13,12 +14,12 @@ LATENCY = ellipse_setup.LATENCY + 1 + UNIT_LATENCY  # cycles from in_valid to ou
 
 
 @numba.njit(cache=True)
-def group_hits(a, b, c, mean_x, mean_y, opacity, x, y, width, height):
+def group_hits(f: Formats, a, b, c, mean_x, mean_y, opacity, x, y, width, height):
     """Bit s: subtile s of the group at pixel (x, y) is hit. Footprint, mean and opacity in record codes."""
-    u0, v0 = setup(a, b, c, mean_x, mean_y, x, y)
+    u0, v0 = setup(f, a, b, c, mean_x, mean_y, x, y)
     hits = 0
     for unit in range(params.UNITS):
         step = unit * params.SUBTILE
-        if x + step < width and y < height and subtile_hit(u0 + step * a, v0, a, b, c, bound(opacity)):
+        if x + step < width and y < height and subtile_hit(f, u0 + step * a, v0, a, b, c, bound(f, opacity)):
             hits |= 1 << unit
     return hits

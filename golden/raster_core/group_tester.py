@@ -6,6 +6,7 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.formats import Formats
 from golden.raster_core import group_test_unit
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import bound, squared
@@ -21,10 +22,10 @@ def _least(low, high):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def tile_bits(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
+def tile_bits(f: Formats, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
     """intersection_test_unit.tile_bitmap, faster: rows and groups that cannot be hit are skipped."""
     bits = np.uint64(0)
-    limit = bound(opacity)
+    limit = bound(f, opacity)
     if limit < 0:
         return bits
     edge = (params.SUBTILE - 1) * a
@@ -36,22 +37,22 @@ def tile_bits(a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
             x = x0 + half * params.UNITS * params.SUBTILE
             if x >= width:
                 break
-            u0, v0 = setup(a, b, c, mean_x, mean_y, x, y)
-            v_least = squared(_least(v0, v0 + (params.SUBTILE - 1) * c))
+            u0, v0 = setup(f, a, b, c, mean_x, mean_y, x, y)
+            v_least = squared(f, _least(v0, v0 + (params.SUBTILE - 1) * c))
             if v_least > limit:
                 break
             slant = (params.SUBTILE - 1) * b
             low = u0 + min(slant, 0)
             high = u0 + max(slant, 0) + (params.UNITS * params.SUBTILE - 1) * a
-            if v_least + squared(_least(low, high)) > limit:
+            if v_least + squared(f, _least(low, high)) > limit:
                 continue
             hits = 0
             for j in range(params.SUBTILE):
-                room = limit - squared(abs(v0 + j * c))
+                room = limit - squared(f, abs(v0 + j * c))
                 if room >= 0:
                     for unit in range(params.UNITS):
                         left = u0 + unit * params.SUBTILE * a + j * b
-                        hits |= int(squared(_least(left, left + edge)) <= room) << unit
+                        hits |= int(squared(f, _least(left, left + edge)) <= room) << unit
             live = min(params.UNITS, (width - x + params.SUBTILE - 1) // params.SUBTILE)
             hits &= (1 << live) - 1
             bits |= np.uint64(hits) << np.uint64(row * SIDE + half * params.UNITS)

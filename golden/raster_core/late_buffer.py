@@ -12,6 +12,7 @@ import numba
 import numpy as np
 
 from golden import params, records
+from golden.formats import Formats
 from golden.raster_core import late_sorter
 from golden.raster_core.batch_buffer import load
 from golden.raster_core.candidate_matrix import done_cycle
@@ -40,7 +41,9 @@ def batches(n: int, first: int = params.CHUNK) -> list[tuple[int, int]]:
     return [(begin, end - begin) for begin, end in pairwise([*begins, n])]
 
 
-def blocks(words: np.ndarray, hit: np.ndarray, first: int = params.CHUNK) -> list[tuple[int | None, int, int]]:
+def blocks(
+    f: Formats, words: np.ndarray, hit: np.ndarray, first: int = params.CHUNK
+) -> list[tuple[int | None, int, int]]:
     """A table's beats (word, len, last) of the block stream; the word of an empty block is None.
 
     words [n]: entries {key, index} with fresh keys, as they come; hit [n]: whether a subtile is.
@@ -51,7 +54,7 @@ def blocks(words: np.ndarray, hit: np.ndarray, first: int = params.CHUNK) -> lis
         last = int((begin, n) == spans[-1])
         here = begin + late_sorter.order(words[begin : begin + n])
         marked = words[here] | np.where(hit[here], 0, records.INVALID)
-        out += [(int(word), n, last) for word in marked] or [(None, 0, last)]
+        out += [(int(word), n, last) for word in records.hardware(f, marked)] or [(None, 0, last)]
     return out
 
 

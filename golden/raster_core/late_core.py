@@ -10,13 +10,14 @@ import numba
 import numpy as np
 
 from golden import params, records, tables
+from golden.formats import Formats
 from golden.raster_core import group_finder
 from golden.raster_core.candidate_matrix import BLOCK
 from golden.raster_core.raster_core import RasterResult, rasterise
 
 
 def rasterise_late(
-    lists, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
+    f: Formats, lists, features, tile_xy, width: int, height: int, background=(0, 0, 0), first: int = params.CHUNK
 ) -> RasterResult:
     """One frame. Arguments as of raster_core.rasterise; words_out and bitmaps are in the order of blending.
 
@@ -24,12 +25,26 @@ def rasterise_late(
     """
     merged = tables.Lists(*(np.ascontiguousarray(x, np.int64) for x in lists))
     order = tables.late_sort(merged, np.ascontiguousarray(features.key, np.int64), first)
-    return rasterise((order.offsets, order.words), features, tile_xy, width, height, background, first)
+    return rasterise(f, (order.offsets, order.words), features, tile_xy, width, height, background, first)
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _work(
-    offsets, words, bitmaps, fetched, cut, batch_offsets, mean, chol, opacity, tile_xy, width, height, hits, candidates
+    f: Formats,
+    offsets,
+    words,
+    bitmaps,
+    fetched,
+    cut,
+    batch_offsets,
+    mean,
+    chol,
+    opacity,
+    tile_xy,
+    width,
+    height,
+    hits,
+    candidates,
 ):
     first, length = cut
     for tile in numba.prange(len(tile_xy)):
@@ -42,7 +57,7 @@ def _work(
             for e in range(begin, end):
                 g = words[e] & records.INDEX_MASK
                 mask = group_finder.mask(
-                    chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
+                    f, chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
                 )
                 for group in range(params.GROUPS):
                     candidates[batch, group, (e - begin) // BLOCK] += (mask >> group) & 1
@@ -52,6 +67,7 @@ def _work(
 
 
 def work(
+    f: Formats,
     result: RasterResult,
     offsets,
     features,
@@ -71,7 +87,7 @@ def work(
     hits = np.zeros((result.batch_offsets[-1], params.GROUPS, params.UNITS), np.uint16)
     candidates = np.zeros((result.batch_offsets[-1], params.GROUPS, -(-length // BLOCK)), np.uint8)
     _work(
-        np.ascontiguousarray(offsets, np.int64), result.words_out, result.bitmaps, result.fetched,
+        f, np.ascontiguousarray(offsets, np.int64), result.words_out, result.bitmaps, result.fetched,
         (first, length), result.batch_offsets, *columns,
         np.ascontiguousarray(tile_xy, np.int64).reshape(-1, 2), width, height, hits, candidates,
     )  # fmt: skip

@@ -6,6 +6,7 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.formats import Formats
 from golden.raster_core import subtile_compute_unit as scu
 
 DELAY = 7  # cycles from resolve_start to the first beat
@@ -13,8 +14,8 @@ RELEASE = 2  # cycles from the read of the last word to the first phase of the n
 
 
 @numba.njit(cache=True, error_model="numpy")
-def resolve_tile(state, x0, y0, background, value, rgb8, transmittance):
-    """State int32[SUBTILES, 4, 64] (T, red, green, blue) of the tile at (x0, y0) into the picture's arrays."""
+def resolve_tile(f: Formats, state, x0, y0, background, value, rgb8, transmittance):
+    """State int[SUBTILES, 4, 64] (T, red, green, blue) of the tile at (x0, y0) into the picture's arrays."""
     height, width = transmittance.shape
     side = params.TILE // params.SUBTILE
     for y in range(y0, min(y0 + params.TILE, height)):
@@ -24,12 +25,12 @@ def resolve_tile(state, x0, y0, background, value, rgb8, transmittance):
             t = np.int64(state[subtile, 0, k])
             transmittance[y, x] = t
             for channel in range(3):
-                v = scu.resolve(np.int64(state[subtile, 1 + channel, k]), t, background[channel])
+                v = scu.resolve(f, np.int64(state[subtile, 1 + channel, k]), t, background[channel])
                 value[y, x, channel] = v
-                rgb8[y, x, channel] = scu.to_8_bit(v)
+                rgb8[y, x, channel] = scu.to_8_bit(f, v)
 
 
-def beats(value: np.ndarray, rgb8: np.ndarray) -> list[tuple[int, int, int, int]]:
+def beats(f: Formats, value: np.ndarray, rgb8: np.ndarray) -> list[tuple[int, int, int, int]]:
     """[rows, columns, 3] live pixels of a tile -> its beats (data, strb, last, rgb); dead pixels are 0 in them."""
     out = []
     rows, columns = value.shape[:2]
@@ -39,16 +40,16 @@ def beats(value: np.ndarray, rgb8: np.ndarray) -> list[tuple[int, int, int, int]
             for p in range(min(4, columns - x)):
                 colour = [*rgb8[y, x + p], 255]
                 data |= sum(int(c) << 32 * p + 8 * k for k, c in enumerate(colour))
-                rgb |= sum(int(v) << (3 * p + k) * params.ACC_W for k, v in enumerate(value[y, x + p]))
+                rgb |= sum(int(v) << (3 * p + k) * f.acc_w for k, v in enumerate(value[y, x + p]))
                 strobes |= 15 << 4 * p
             out.append((data, strobes, int(y == rows - 1 and x + 4 >= columns), rgb))
     return out
 
 
-def live(data: int, strobes: int, rgb: int) -> tuple[int, int]:
+def live(f: Formats, data: int, strobes: int, rgb: int) -> tuple[int, int]:
     """(data, rgb) of a beat with its dead pixels set to 0."""
     pixels = [p for p in range(4) if strobes >> 4 * p & 1]
-    pixel_w = 3 * params.ACC_W
+    pixel_w = 3 * f.acc_w
     return (
         data & sum(0xFFFFFFFF << 32 * p for p in pixels),
         rgb & sum((1 << pixel_w) - 1 << pixel_w * p for p in pixels),

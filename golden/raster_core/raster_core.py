@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from golden import params, records
+from golden import formats, params, records
+from golden.formats import Formats
 from golden.raster_core.group_tester import tile_bits
 from golden.raster_core.pixel_resolver import resolve_tile
 from golden.raster_core.subtile_blender import NONE, all_done, blend_subtile, fresh_tile
@@ -23,9 +24,9 @@ class RasterResult:
 
     words_out: np.ndarray  # int64[E] entries with the key of their record; invalid when no subtile was hit
     bitmaps: np.ndarray  # uint64[E] bit 8*row + column: the subtiles hit
-    value: np.ndarray  # int64[H, W, 3] UQ3.20, resolved, unclamped
+    value: np.ndarray  # int64[H, W, 3] UQ3.ACC_F, resolved, unclamped
     rgb8: np.ndarray  # uint8[H, W, 3]
-    transmittance: np.ndarray  # int64[H, W] UQ1.18
+    transmittance: np.ndarray  # int64[H, W] UQ1.T_F
     batch_offsets: np.ndarray  # int64[T + 1]
     counts: np.ndarray  # uint16[B, GROUPS, UNITS] operations of each SCU: hits, 0 where the subtile is known done
     pairs: np.ndarray  # int64[T] (entry, subtile) pairs hit
@@ -35,22 +36,38 @@ class RasterResult:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _done(state):
+def _done(f: Formats, state):
     """Are all pixels of the tile done?"""
     subtile = 0
-    while subtile < params.SUBTILES and all_done(state[subtile]):
+    while subtile < params.SUBTILES and all_done(f, state[subtile]):
         subtile += 1
     return subtile == params.SUBTILES
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _raster_tile(
-    words, kept, cut, mean, chol, opacity, colour, key, x0, y0, size, words_out, bitmaps, state, counts, totals
+    f: Formats,
+    words,
+    kept,
+    cut,
+    mean,
+    chol,
+    opacity,
+    colour,
+    key,
+    x0,
+    y0,
+    size,
+    words_out,
+    bitmaps,
+    state,
+    counts,
+    totals,
 ):
     """One tile. Fills counts uint16[batches, GROUPS, UNITS] and totals int64[4] (pairs, scu_ops, blends, fetched)."""
     first, length, ahead = cut
     width, height = size
-    fresh_tile(state, x0, y0, width, height)
+    fresh_tile(f, state, x0, y0, width, height)
     hits = np.empty((params.SUBTILES, length), np.int32)
     n_hits = np.zeros(params.SUBTILES, np.int32)
     held = np.full(params.UNITS, NONE, np.int64)
@@ -69,7 +86,7 @@ def _raster_tile(
         for e in range(begin, end):
             g = words[e] & records.INDEX_MASK
             bits = tile_bits(
-                chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
+                f, chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
             )
             bitmaps[e] = bits
             word = (np.int64(key[g]) << params.INDEX_W) | g
@@ -85,35 +102,36 @@ def _raster_tile(
         for subtile in range(params.SUBTILES):
             n = n_hits[subtile]
             operations, blends = blend_subtile(
-                state, subtile, x0, y0, hits[subtile, :n], mean, chol, opacity, colour, held, known_done
+                f, state, subtile, x0, y0, hits[subtile, :n], mean, chol, opacity, colour, held, known_done
             )
             counts[batch, subtile // params.UNITS, subtile % params.UNITS] = operations
             totals[0] += n
             totals[1] += operations
             totals[2] += blends
-        if ahead and batch < done and _done(state):
+        if ahead and batch < done and _done(f, state):
             done = batch
     totals[3] = end
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _raster(
-    offsets, words, kept, cut, batch_offsets, mean, chol, opacity, colour, key, tile_xy, size, background,
-    words_out, bitmaps, value, rgb8, transmittance, counts, totals,
+    f: Formats, integer, offsets, words, kept, cut, batch_offsets, mean, chol, opacity, colour, key, tile_xy, size,
+    background, words_out, bitmaps, value, rgb8, transmittance, counts, totals,
 ):  # fmt: skip
     for tile in numba.prange(len(tile_xy)):
-        state = np.empty((params.SUBTILES, 4, params.SUBTILE**2), np.int32)
+        state = np.empty((params.SUBTILES, 4, params.SUBTILE**2), integer.dtype)
         begin, end = offsets[tile], offsets[tile + 1]
         x0, y0 = tile_xy[tile]
         _raster_tile(
-            words[begin:end], kept[begin:end], cut, mean, chol, opacity, colour, key, x0, y0, size,
+            f, words[begin:end], kept[begin:end], cut, mean, chol, opacity, colour, key, x0, y0, size,
             words_out[begin:end], bitmaps[begin:end], state, counts[batch_offsets[tile] : batch_offsets[tile + 1]],
             totals[tile],
         )  # fmt: skip
-        resolve_tile(state, x0, y0, background, value, rgb8, transmittance)
+        resolve_tile(f, state, x0, y0, background, value, rgb8, transmittance)
 
 
 def rasterise(
+    f: Formats,
     tables,
     features,
     tile_xy,
@@ -131,7 +149,7 @@ def rasterise(
     it; its entries leave as they are in `kept` (int64[E], default: the tables). 0: all are fetched.
     tables: (offsets int64[T + 1], words int64[E]), valid entries in table order.
     features: arrays mean [N, 2], chol [N, 3] (a, b, c), opacity [N], colour [N, 3], key [N] of record codes.
-    tile_xy: int64[T, 2] pixel origins. background: three UQ3.10 codes. Pixels of no tile stay 0.
+    tile_xy: int64[T, 2] pixel origins. background: three UQ3.COLOUR_F codes. Pixels of no tile stay 0.
     """
     offsets, words = (np.ascontiguousarray(x, np.int64) for x in tables)
     tile_xy = np.ascontiguousarray(tile_xy, np.int64).reshape(-1, 2)
@@ -158,10 +176,11 @@ def rasterise(
         blends=totals[:, 2],
         fetched=totals[:, 3],
     )
+    integer = np.zeros(0, np.int32 if formats.narrow(f) else np.int64)  # of the pixels' state
     chunk = numba.set_parallel_chunksize(1)  # tiles differ much in length
     try:
         _raster(
-            offsets, words, kept, (first, length, ahead), batch_offsets, *columns, tile_xy,
+            f, integer, offsets, words, kept, (first, length, ahead), batch_offsets, *columns, tile_xy,
             (width, height), np.array(background, np.int64), result.words_out, result.bitmaps,
             result.value, result.rgb8, result.transmittance, result.counts, totals,
         )  # fmt: skip

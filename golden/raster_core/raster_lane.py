@@ -46,13 +46,18 @@ START, PX_FIRST, PX_LAST, DONE, TIMES_N = range(5)
 
 
 class View(NamedTuple):
-    """The picture and where it lies: pixels, byte addresses of record 0 and of pixel (0, 0), bytes from row to row."""
+    """The picture and where it lies: pixels, byte addresses of record 0 and of pixel (0, 0), bytes from row to row.
+
+    And the bytes of a table's entry and of a record.
+    """
 
     width: int
     height: int
     feature: int
     frame: int
     stride: int
+    entry: int
+    record: int
 
 
 def new_state(origin: int = 0) -> np.ndarray:
@@ -94,18 +99,18 @@ def _ask(state, request, bursts):
 
 
 @numba.njit(cache=True)
-def request_batch(state, arrivals, heads, asked):
+def request_batch(state, arrivals, heads, whole, asked):
     """Entries of the tile's next batch; returns the cycle behind its last beat.
 
-    arrivals: as of timing.request_batch; heads int64[m]: dma.record_head of its records. Fills asked int64[m]: cycle of
-    each record's first AR.
+    arrivals: as of timing.request_batch; heads int64[m]: dma.record_head of its records; whole: beats of one. Fills
+    asked int64[m]: cycle of each record's first AR.
     """
     core = state[: timing.STATE_N]
     fill = timing.open_batch(core)
     m = len(asked)
     for k in range(m):
         fill = max(fill, arrivals[k], state[ROOM]) + 1
-        asked[k] = _ask(state, fill, 2 if heads[k] < dma.RECORD_BEATS else 1)
+        asked[k] = _ask(state, fill, 2 if heads[k] < whole else 1)
     last = m < params.CHUNK
     if last:
         end = max(fill, arrivals[m], state[ROOM])
@@ -146,18 +151,19 @@ def step(state, start, words, address, x, y, counts, view, latency, ports, times
     """
     n = len(words)
     times[START], listed = begin_tile(state, start)
-    arrivals = dma.list_arrival(listed, n, address, dma.TABLE, ports, latency)
-    heads = dma.record_heads(words & INDEX_MASK, view.feature)
+    arrivals = dma.list_arrival(listed, n, view.entry, address, dma.TABLE, ports, latency)
+    heads = dma.record_heads(words & INDEX_MASK, view.record, view.feature)
+    whole = view.record // dma.BEAT
     asked = np.empty(params.CHUNK, np.int64)
     block = np.empty(2, np.int64)
     for batch in range(n // params.CHUNK + 1):
         first = batch * params.CHUNK
         m = min(params.CHUNK, n - first)
         part = heads[first : first + m]
-        request_batch(state, arrivals[first : first + params.CHUNK], part, asked[:m])
-        records = dma.record_arrivals(asked[:m], part, dma.FEATURE, ports, latency)
+        request_batch(state, arrivals[first : first + params.CHUNK], part, whole, asked[:m])
+        records = dma.record_arrivals(asked[:m], part, whole, dma.FEATURE, ports, latency)
         work_batch(state, m, records[m - 1] if m > 0 else 0, counts[batch : batch + 1], block)
-        dma.write_block(block[0], m, address + first * params.ENTRY_BYTES, dma.DRAWN_TABLE, ports, latency)
+        dma.write_block(block[0], m, view.entry, address + first * view.entry, dma.DRAWN_TABLE, ports, latency)
     rows = min(params.TILE, view.height - y)
     columns = (min(params.TILE, view.width - x) + BEAT_PIXELS - 1) // BEAT_PIXELS
     times[PX_FIRST], times[PX_LAST] = end_tile(state, rows * columns)

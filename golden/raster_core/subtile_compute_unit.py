@@ -1,8 +1,8 @@
 """gs_subtile_compute_unit: blends Gaussians on one 8x8 subtile (docs/architecture.md, section 4).
 
 The state of a subtile is t [64] UQ1.T_F, acc [3, 64] UQ3.ACC_F (red, green, blue) and done [64], int64, pixels row by
-row. Gaussians are rows of record codes in the order of RECORD_FIELDS: mean_x, mean_y, chol_a, chol_b, chol_c, opacity,
-red, green, blue; further columns are ignored.
+row. Gaussians are rows of record codes in the order of formats.record_fields: mean_x, mean_y, chol_a, chol_b, chol_c,
+opacity, red, green, blue; further columns are ignored.
 """
 
 from __future__ import annotations
@@ -12,64 +12,62 @@ import numpy as np
 
 from golden import params
 from golden.fixed import half_up
+from golden.formats import Formats
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.exp2_unit import exp2
 from golden.raster_core.power_unit import power
 
 PIXELS = params.SUBTILE * params.SUBTILE
-T_ONE = 1 << params.T_F
-T_W = params.T_F + 1
-STATE_W = T_W + 3 * params.ACC_W + 1  # {done, blue, green, red, T}: a pixel in the pixel buffer
 LATENCY = 16  # cycles from taking a swap to sat_valid
 BLEND_STAGE = 12  # cycles from taking a blend to the trace of its first beat
 
 
 @numba.njit(inline="always", cache=True)
-def alpha(p):
+def alpha(f: Formats, p):
     """min(0.99, 2^-p), UQ0.ALPHA_F."""
-    return min(half_up(exp2(p), params.EXP_F - params.ALPHA_F), params.ALPHA_MAX)
+    return min(half_up(exp2(f, p), f.exp_f - f.alpha_f), f.alpha_max)
 
 
 @numba.njit(inline="always", cache=True)
-def weight(a, t):
+def weight(f: Formats, a, t):
     """w = alpha * T, UQ1.T_F, never all of T: T stays above 0."""
-    return min(half_up(a * t, params.ALPHA_F), t - 1)
+    return min(half_up(a * t, f.alpha_f), t - 1)
 
 
 @numba.njit(inline="always", cache=True)
-def accumulate(acc, w, colour):
+def accumulate(f: Formats, acc, w, colour):
     """acc + w * colour, UQ3.ACC_F. Weights add up to 1 at most and colours end at COLOUR_MAX: it cannot overflow."""
-    return acc + half_up(w * colour, params.T_F + params.COLOUR_F - params.ACC_F)
+    return acc + half_up(w * colour, f.t_f + f.colour_f - f.acc_f)
 
 
 @numba.njit(inline="always", cache=True)
-def blend_pixel(p, t, acc_r, acc_g, acc_b, red, green, blue):
+def blend_pixel(f: Formats, p, t, acc_r, acc_g, acc_b, red, green, blue):
     """One layer of power p <= CUT on a pixel that is not done: (T', acc_r', acc_g', acc_b'); done when T' < T_STOP."""
-    w = weight(alpha(p), t)
-    return t - w, accumulate(acc_r, w, red), accumulate(acc_g, w, green), accumulate(acc_b, w, blue)
+    w = weight(f, alpha(f, p), t)
+    return t - w, accumulate(f, acc_r, w, red), accumulate(f, acc_g, w, green), accumulate(f, acc_b, w, blue)
 
 
 @numba.njit(inline="always", cache=True)
-def resolve(acc, t, background):
+def resolve(f: Formats, acc, t, background):
     """acc + T * background, UQ3.ACC_F: the value of the pixel."""
-    return acc + half_up(t * background, params.T_F + params.COLOUR_F - params.ACC_F)
+    return acc + half_up(t * background, f.t_f + f.colour_f - f.acc_f)
 
 
 @numba.njit(inline="always", cache=True)
-def to_8_bit(value):
+def to_8_bit(f: Formats, value):
     """UQ3.ACC_F to 0..255, half_up, saturated."""
-    return min(half_up(value * 255, params.ACC_F), 255)
+    return min(half_up(value * 255, f.acc_f), 255)
 
 
-def fresh(cols: int = params.SUBTILE, rows: int = params.SUBTILE) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def fresh(f: Formats, cols: int = params.SUBTILE, rows: int = params.SUBTILE) -> tuple[np.ndarray, ...]:
     """(t, acc, done) before the first Gaussian; pixels outside the first cols columns and rows rows start done."""
     at = np.arange(PIXELS)
     done = (at % params.SUBTILE >= cols) | (at // params.SUBTILE >= rows)
-    return np.full(PIXELS, T_ONE, np.int64), np.zeros((3, PIXELS), np.int64), done.astype(np.int64)
+    return np.full(PIXELS, 1 << f.t_f, np.int64), np.zeros((3, PIXELS), np.int64), done.astype(np.int64)
 
 
 @numba.njit(cache=True)
-def blend_subtile(t, acc, done, x0, y0, gaussians, trace):
+def blend_subtile(f: Formats, t, acc, done, x0, y0, gaussians, trace):
     """Blend gaussians [n, >= 9] in order on the subtile at pixel (x0, y0); t, acc, done change in place.
 
     trace [n] uint64 gets the pixels that blended (bit 8*row + column). Returns the number of blends.
@@ -77,28 +75,33 @@ def blend_subtile(t, acc, done, x0, y0, gaussians, trace):
     blends = 0
     for n in range(gaussians.shape[0]):
         mean_x, mean_y, a, b, c, opacity, red, green, blue = gaussians[n, :9]
-        u0, v0 = setup(a, b, c, mean_x, mean_y, x0, y0)
+        u0, v0 = setup(f, a, b, c, mean_x, mean_y, x0, y0)
         trace[n] = 0
         for at in range(PIXELS):
             j, i = divmod(at, params.SUBTILE)
-            p = power(u0 + i * a + j * b, v0 + j * c, opacity)
-            if p > params.CUT or done[at]:
+            p = power(f, u0 + i * a + j * b, v0 + j * c, opacity)
+            if p > f.cut or done[at]:
                 continue
             t[at], acc[0, at], acc[1, at], acc[2, at] = blend_pixel(
-                p, t[at], acc[0, at], acc[1, at], acc[2, at], red, green, blue
+                f, p, t[at], acc[0, at], acc[1, at], acc[2, at], red, green, blue
             )
-            done[at] = t[at] < params.T_STOP
+            done[at] = t[at] < f.t_stop
             trace[n] |= np.uint64(1) << np.uint64(at)
             blends += 1
     return blends
 
 
-def pack(t: np.ndarray, acc: np.ndarray, done: np.ndarray) -> list[int]:
-    """State of a subtile -> its BEATS words in the pixel buffer, LANES * STATE_W bits each, lane 0 lowest."""
+def state_w(f: Formats) -> int:
+    """Bits {done, blue, green, red, T} of a pixel in the pixel buffer."""
+    return f.t_f + 1 + 3 * f.acc_w + 1
+
+
+def pack(f: Formats, t: np.ndarray, acc: np.ndarray, done: np.ndarray) -> list[int]:
+    """State of a subtile -> its BEATS words in the pixel buffer, LANES * state_w bits each, lane 0 lowest."""
     words = [0] * params.BEATS
     for at in range(PIXELS):
-        fields = ((t[at], T_W), *((acc[k, at], params.ACC_W) for k in range(3)), (done[at], 1))
-        low = (at % params.LANES) * STATE_W
+        fields = ((t[at], f.t_f + 1), *((acc[k, at], f.acc_w) for k in range(3)), (done[at], 1))
+        low = (at % params.LANES) * state_w(f)
         for value, width in fields:
             assert 0 <= value < 1 << width, f"pixel {at}: {value} has more than {width} bits"
             words[at // params.LANES] |= int(value) << low
@@ -106,15 +109,15 @@ def pack(t: np.ndarray, acc: np.ndarray, done: np.ndarray) -> list[int]:
     return words
 
 
-def unpack(words: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def unpack(f: Formats, words: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The inverse of pack: (t, acc, done)."""
-    t, acc, done = fresh()
+    t, acc, done = fresh(f)
     for at in range(PIXELS):
-        pixel = words[at // params.LANES] >> ((at % params.LANES) * STATE_W)
-        t[at] = pixel & ((1 << T_W) - 1)
+        pixel = words[at // params.LANES] >> ((at % params.LANES) * state_w(f))
+        t[at] = pixel & ((1 << (f.t_f + 1)) - 1)
         for k in range(3):
-            acc[k, at] = (pixel >> (T_W + k * params.ACC_W)) & ((1 << params.ACC_W) - 1)
-        done[at] = (pixel >> (STATE_W - 1)) & 1
+            acc[k, at] = (pixel >> (f.t_f + 1 + k * f.acc_w)) & ((1 << f.acc_w) - 1)
+        done[at] = (pixel >> (state_w(f) - 1)) & 1
     return t, acc, done
 
 

@@ -52,6 +52,7 @@ class Accelerator:
     def __init__(self, hardware: Hardware, gaussians, width: int, height: int, settings: Settings | None = None):
         self.hardware = hardware
         self.settings = settings = settings or Settings()
+        f = settings.formats()
         self.width, self.height = width, height
         self.stored = store(gaussians, hardware.morton)
         self.formats = Formats(
@@ -61,8 +62,8 @@ class Accelerator:
             clusters=hardware.clusters,
             membership=not (hardware.scratch or hardware.reproject),
             record_stride=hardware.record_stride,
-            record_bytes=record_bytes(settings.depth == "predicted"),
-            incoming_bytes=hardware.entry_bytes if hardware.scratch else params.ENTRY_BYTES,
+            record_bytes=record_bytes(f, settings.depth == "predicted"),
+            incoming_bytes=hardware.entry_bytes if hardware.scratch else f.entry_bytes,
             tile=hardware.tile,
             combine_lines=hardware.combine_lines,
         )
@@ -153,8 +154,8 @@ class Accelerator:
         )  # fmt: skip
         self.hit_rate = fetch.hit_rate
         heads = np.full(len(index), self.formats.record_bytes // dma.BEAT, np.int64)
-        if h.record_stride == params.RECORD_BYTES:
-            heads = dma.record_heads(self.stored.place[index], at.features[this])
+        if h.record_stride == self.formats.record_bytes:
+            heads = dma.record_heads(self.stored.place[index], h.record_stride, at.features[this])
         starts = table_start[:-1].copy(), out_start[:-1].copy(), scratch[:-1].copy()
         raster = self._raster(frame, small, offsets, fetched, fetch, heads, starts, table_n, in_n)
         after = no_blocks()
@@ -191,7 +192,7 @@ class Accelerator:
         table = frame.table.offsets, frame.table.words
         if self.hardware.late_sort:
             table = np.zeros_like(frame.table.offsets), np.zeros(0, np.int64)
-        return slice.sort_jobs(table, incoming, frame.firsts, chunk=chunk)[0], REUSE
+        return slice.sort_jobs(frame.formats, table, incoming, frame.firsts, chunk=chunk)[0], REUSE
 
     def _keys(self, frame: Frame) -> Keys:
         """The records of valid entries, read for new keys of the tables, tile by tile on the cores that sort them."""
@@ -215,8 +216,8 @@ class Accelerator:
         batch_at, counts = result.batch_offsets, result.counts
         if core == raster_state.CANDIDATES:
             hits, candidates = late_core.work(
-                result, offsets, frame.features, tiles_of(self.width, self.height), self.width, self.height,
-                first, length,
+                frame.formats, result, offsets, frame.features, tiles_of(self.width, self.height), self.width,
+                self.height, first, length,
             )  # fmt: skip
         if small is not None:
             batch_at, counts = _small_counts(small, n, result)
@@ -247,7 +248,9 @@ class Accelerator:
             writes = np.full(len(n), -1, np.int64)
         else:
             writes = out_start
-        sizes = np.array([h.entry_bytes, self.formats.incoming_bytes], np.int64)
+        sizes = np.array(
+            [h.entry_bytes, self.formats.incoming_bytes, frame.formats.entry_bytes, self.formats.record_bytes], np.int64
+        )
         return raster_state.Raster(
             core, first, length, sizes, np.asarray(offsets, np.int64), np.asarray(fetched, np.int64),
             table_start if h.late_sort else out_start, scratch, table_n if h.late_sort else n,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden import params
+from golden import formats, params
 from golden.timing.dram import LINE
 
 BLOCK = 256  # Gaussians that are preprocessed together, and of a cluster
@@ -33,8 +33,8 @@ class Formats:
     clusters: bool = False  # blocks are culled whole by their bounding sphere
     membership: bool = True  # "was it in the tile's last table?" is answered from memory; False: every pair is listed
     record_stride: int = 32  # bytes from one feature record to the next
-    record_bytes: int = params.RECORD_BYTES  # of it that are used
-    incoming_bytes: int = params.ENTRY_BYTES  # of an entry that preprocessing lists
+    record_bytes: int = formats.REFERENCE.record_bytes  # of it that are used
+    incoming_bytes: int = formats.REFERENCE.entry_bytes  # of an entry that preprocessing lists
     incoming_lines: str = "combined"  # or "artifact": three lines an entry, as the paper's simulator counts
     combine_lines: int = 64  # lines of the write-combining buffer in front of the incoming lists
     tile: int = params.TILE  # pixels along the side of a tile that preprocessing lists for
@@ -63,10 +63,10 @@ class Formats:
         return self.rest_stride or self.rest_bytes
 
 
-def record_bytes(predicted: bool) -> int:
+def record_bytes(f: formats.Formats, predicted: bool) -> int:
     """Bytes of a feature record, whole beats. predicted: it holds a second key, for the camera of the next frame."""
-    bits = sum(width for _, width in params.RECORD_FIELDS) + params.KEY_W
-    return max(params.RECORD_BYTES, -(-bits // 64) * 8) if predicted else params.RECORD_BYTES
+    bits = sum(width for _, width in formats.record_fields(f)) + f.key_w
+    return max(f.record_bytes, -(-bits // 64) * 8) if predicted else f.record_bytes
 
 
 @dataclass(frozen=True)

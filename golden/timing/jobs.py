@@ -12,6 +12,7 @@ import numba
 import numpy as np
 
 from golden import dma, params
+from golden.formats import REFERENCE
 from golden.timing.dram import LINE
 
 REUSE, SCRATCH, HIERARCHICAL, NONE = range(4)
@@ -138,7 +139,7 @@ def _all(out, piece_at, kind, table_n, in_n, table, incoming, scratch, to, size,
 
 
 def jobs(
-    kind: int, cycles, table_n, in_n, table, incoming, scratch, to, size: int = params.ENTRY_BYTES,
+    kind: int, cycles, table_n, in_n, table, incoming, scratch, to, size: int = REFERENCE.entry_bytes,
     chunk: int = params.CHUNK, passes: int = 1, keys: Keys = NO_KEYS,
 ) -> Jobs:  # fmt: skip
     """Jobs of T tiles.

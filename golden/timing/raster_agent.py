@@ -114,10 +114,11 @@ def _records(raster, s, entry, begin, end, memory):
     """
     state, ring = raster.state[s], raster.ring[s]
     asked = raster.asked[s]
+    whole = raster.size[3] // dma.BEAT
     for k in range(begin, end):
         beats = raster.heads[entry + k]
         state[RECORD] += 1
-        for burst in range(2 if beats < dma.RECORD_BEATS else 1):
+        for burst in range(2 if beats < whole else 1):
             there = asked[k] + burst + CACHE_HIT
             for i in range(raster.line_at[entry + k] + burst, raster.line_at[entry + k + 1]):
                 at = ring[OUTSTANDING]
@@ -125,9 +126,9 @@ def _records(raster, s, entry, begin, end, memory):
                 ring[at] = answer(memory, ask, raster.line[i], False, RASTER)
                 there = max(there, ring[at])
                 ring[OUTSTANDING] = (at + 1) % OUTSTANDING
-                if beats < dma.RECORD_BEATS:
+                if beats < whole:
                     break
-            state[RECORD] = max(there, state[RECORD] + burst) + (beats if burst == 0 else dma.RECORD_BEATS - beats) - 1
+            state[RECORD] = max(there, state[RECORD] + burst) + (beats if burst == 0 else whole - beats) - 1
         raster.arrived[s, k] = state[RECORD] + 1
 
 
@@ -147,7 +148,9 @@ def _open(raster, s, tile, now, memory):
         state[THERE] = _list(raster, tile, *_range(raster, tile, b + 1)[:2], now, memory)
     if raster.core == GROUPS:
         heads = raster.heads[raster.entry_at[tile] + entry : raster.entry_at[tile] + entry + m]
-        state[FILL] = raster_lane.request_batch(unit, offered[: m + 1 if over else m], heads, asked[:m])
+        state[FILL] = raster_lane.request_batch(
+            unit, offered[: m + 1 if over else m], heads, raster.size[3] // dma.BEAT, asked[:m]
+        )
     else:
         fill = late_timing.fill_free(unit) if raster.core == CANDIDATES else max(state[FREE_A], state[LISTED])
         for k in range(m):
@@ -222,7 +225,7 @@ def batch(raster, s, tile, now, memory):
     if raster.out[tile] >= 0 and m:
         to = raster.out[tile] + entry * raster.size[0]
         push(raster, s, block[0], to, to + m * raster.size[0])
-        dma.write_block(block[0], m, to, dma.DRAWN_TABLE, raster.ports[s], NOMINAL)
+        dma.write_block(block[0], m, raster.size[2], to, dma.DRAWN_TABLE, raster.ports[s], NOMINAL)
     state[LAST_BLOCK] = block[1]
     if over and raster.out[tile] not in (-1, raster.table[tile]):
         _pass_on(raster, s, tile, block[1], memory)

@@ -41,7 +41,7 @@ class Raster(NamedTuple):
     core: int  # GROUPS, CANDIDATES, SIMPLE
     first: int  # entries of a tile's first batch
     length: int  # entries of its other batches
-    size: np.ndarray  # int64[2] bytes of an entry: of the table, of the second list
+    size: np.ndarray  # int64[4] bytes of an entry: of the table, of the second list, of an RTL writer; of a record
     entry_at: np.ndarray  # int64[T + 1]
     fetched: np.ndarray  # int64[T] entries that are drawn; those behind them stay as they are
     table: np.ndarray  # int64[T] byte address of the list

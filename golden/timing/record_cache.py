@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from golden import params
+from golden.formats import REFERENCE
 from golden.timing.address_map import LINE
 
 WAYS = 4
@@ -41,7 +42,7 @@ def fetch(
     visits: list[np.ndarray],
     cache_kb: int = 0,
     shared: bool = False,
-    size: int = params.RECORD_BYTES,
+    size: int = REFERENCE.record_bytes,
     batch: int = params.CHUNK,
     fetched: np.ndarray | None = None,
     ways: int = WAYS,

@@ -37,8 +37,8 @@ def strategy(machine: Hardware, sorting: str | None) -> str:
 
 def check(machine: Hardware, settings: Settings) -> None:
     """InputError where a hardware cannot do what a setting of the golden model asks for."""
-    record = record_bytes(settings.depth == "predicted")
-    entry = SHORT_BYTES if machine.late_sort else params.ENTRY_BYTES
+    record = record_bytes(settings.formats(), settings.depth == "predicted")
+    entry = SHORT_BYTES if machine.late_sort else settings.formats().entry_bytes
     late = machine.late_sort and machine.raster == "groups"
     rules = (
         (f"refresh={settings.refresh}", settings.refresh != "all" and machine.tile != params.TILE, "tile=64"),
@@ -61,7 +61,8 @@ class Run:
     def __init__(self, job, machine: Hardware, sorting: str):
         check(machine, job.settings)
         if not is_late(machine, sorting):
-            machine = replace(machine, late_sort=False, entry_bytes=max(machine.entry_bytes, params.ENTRY_BYTES))
+            least = job.settings.formats().entry_bytes
+            machine = replace(machine, late_sort=False, entry_bytes=max(machine.entry_bytes, least))
         self.job, self.machine, self.sorting = job, machine, sorting
         camera = job.cameras[0]
         self.size = camera.width, camera.height

@@ -4,7 +4,9 @@ import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
 
-from golden import dma, params, records
+from golden import dma, records
+from golden.formats import BUILD
+from golden.records import entries_of, hardware
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
@@ -31,8 +33,8 @@ def lists(*names, lengths=LENGTHS):
     random = np.random.default_rng(rng(*names).getrandbits(32))
     result, at = [], 64
     for n in lengths:
-        result.append((at, random.integers(0, 1 << params.ENTRY_W, n)))
-        at += -(-params.ENTRY_BYTES * n // 64) * 64 + 64
+        result.append((at, entries_of(BUILD, random.integers(0, 1 << BUILD.entry_w, n))))
+        at += -(-BUILD.entry_bytes * n // 64) * 64 + 64
     assert at < SIZE
     return result
 
@@ -53,8 +55,9 @@ def image(items) -> bytearray:
     """What the memory should hold: tables padded with zeros to whole beats, everything else untouched."""
     memory = bytearray(b"\xa5" * SIZE)
     for at, words in items:
-        memory[at : at + 8 * dma.beats(len(words))] = bytes(8 * dma.beats(len(words)))
-        memory[at : at + params.ENTRY_BYTES * len(words)] = records.entry_bytes(words).tobytes()
+        size = 8 * dma.beats(len(words), BUILD.entry_bytes)
+        memory[at : at + size] = bytes(size)
+        memory[at : at + BUILD.entry_bytes * len(words)] = records.entry_bytes(BUILD, words).tobytes()
     return memory
 
 
@@ -62,8 +65,9 @@ def done(taken, at: int, n: int, write: int) -> int:
     """Cycle of the done of a list of n entries at an address, whose beats are taken in these cycles."""
     ports = dma.new_ports()
     for first in range(0, n, 256):
-        place = at + params.ENTRY_BYTES * first
-        dma.write_block(taken[first], min(256, n - first), place, dma.PIXEL, ports, dma.Latency(write=write))
+        place = at + BUILD.entry_bytes * first
+        size = min(256, n - first)
+        dma.write_block(taken[first], size, BUILD.entry_bytes, place, dma.PIXEL, ports, dma.Latency(write=write))
     return dma.written(taken[-1], dma.PIXEL, ports)
 
 
@@ -75,7 +79,7 @@ async def test_every_list_lands_in_its_place(dut, source_stall, sink_stall):
     board = Scoreboard(sink)
     for at, words in items:
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
         board.expect([(len(words),)])
     await board.finish()
     assert port.idle() and memory == image(items) and dut.error.value == 0
@@ -87,7 +91,7 @@ async def test_an_entry_a_cycle_across_blocks_and_lists(dut):
     items = lists("stream", lengths=(700, 256, 1, 2, 3, 4, 1030, 1, 1))
     for at, words in items:
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
     await sink.wait(len(items))
     if int(dut.DONES.value) >= 8:  # fewer would have to wait for their responses
         assert source.cycles == list(range(source.cycles[0], source.cycles[0] + len(source.cycles)))
@@ -100,7 +104,7 @@ async def test_cycles_equal_golden(dut, write):
     _port, _memory, cmd, source, sink = await bench(dut, write=write)
     for k, (at, words) in enumerate(lists("cycles")):
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
         await sink.wait(k + 1)
         taken = source.cycles[-len(blocks(words)) :]
         assert taken[-1] - taken[0] == len(taken) - 1
@@ -127,11 +131,11 @@ async def test_done_waits_for_the_last_response(dut):
     items = lists("responses", lengths=(3, 512, 0, 9))
     for at, words in items:
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
     await sink.wait(len(items))
     assert len(port.b) == len(port.aw) and [beat for (beat,) in sink.beats] == [3, 512, 0, 9]
     bursts = [address for _, address, _ in port.aw]
-    ends = [sum(address <= at + params.ENTRY_BYTES * len(w) for address in bursts) for at, w in items]
+    ends = [sum(address <= at + BUILD.entry_bytes * len(w) for address in bursts) for at, w in items]
     for cycle, count in zip(sink.cycles, ends, strict=True):
         assert cycle > (port.b[count - 1] if count else 0)
 
@@ -141,7 +145,7 @@ async def test_reset_in_flight_forgets_the_list(dut):
     _port, memory, cmd, source, sink = await bench(dut, "random", "random")
     for at, words in lists("before"):
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
     while len(source.cycles) < 300:
         await RisingEdge(dut.clk)
     dut.rst.value = 1
@@ -157,7 +161,7 @@ async def test_reset_in_flight_forgets_the_list(dut):
     board = Scoreboard(sink)
     for at, words in items:
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
         board.expect([(len(words),)])
     await board.finish()
     assert memory == image(items)
@@ -169,7 +173,7 @@ async def test_an_error_answer_is_kept(dut):
     port.answer = 2
     for at, words in lists("error", lengths=(4, 4)):
         cmd.send([(at,)])
-        source.send(blocks(words))
+        source.send(blocks(hardware(BUILD, words)))
         await sink.wait(1)
         port.answer = 0
     await sink.wait(2)

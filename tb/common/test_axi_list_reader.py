@@ -3,7 +3,9 @@
 import cocotb
 import numpy as np
 
-from golden import dma, params, records
+from golden import dma, records
+from golden.formats import BUILD
+from golden.records import entries_of, hardware
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
@@ -19,8 +21,8 @@ def tables(*names) -> tuple[bytearray, list[tuple[int, np.ndarray]]]:
     memory = bytearray(random.integers(0, 256, SIZE, np.uint8).tobytes())
     result, at = [], 4096 - 64
     for n in LENGTHS:
-        words = random.integers(0, 1 << params.ENTRY_W, n)
-        data = records.entry_bytes(words).tobytes()
+        words = entries_of(BUILD, random.integers(0, 1 << BUILD.entry_w, n))
+        data = records.entry_bytes(BUILD, words).tobytes()
         memory[at : at + len(data)] = data
         result.append((at, words))
         at += -(-len(data) // 64) * 64 + 64 * int(random.integers(0, 3))
@@ -52,10 +54,10 @@ async def test_every_table_comes_as_a_list(dut, source_stall, sink_stall):
     board = Scoreboard(sink)
     for at, words in result:
         cmd.send([(at, len(words))])
-        board.expect(beats(words))
+        board.expect(beats(hardware(BUILD, words)))
     await board.finish()
     assert port.idle() and dut.error.value == 0
-    assert sum(count for _, _, count in port.ar) == sum(dma.beats(len(words)) for _, words in result)
+    assert sum(count for _, _, count in port.ar) == sum(dma.beats(len(words), BUILD.entry_bytes) for _, words in result)
 
 
 @cocotb.test()
@@ -67,7 +69,7 @@ async def test_cycles_equal_golden(dut, read):
         cmd.send([(at, len(words))])
         await sink.wait(len(words) + 1)
         latency = dma.Latency(read=read)
-        want = dma.list_arrival(cmd.cycles[-1], len(words), at, dma.TABLE, dma.new_ports(), latency)
+        want = dma.list_arrival(cmd.cycles[-1], len(words), BUILD.entry_bytes, at, dma.TABLE, dma.new_ports(), latency)
         assert sink.cycles == want.tolist()
 
 
@@ -103,7 +105,7 @@ async def test_reset_in_flight_forgets_the_table(dut):
     at, words = result[4]
     cmd.send([(at, len(words))])
     board = Scoreboard(sink)
-    board.expect(beats(words))
+    board.expect(beats(hardware(BUILD, words)))
     await board.finish()
     assert port.idle()
 

@@ -3,7 +3,8 @@
 import cocotb
 import numpy as np
 
-from golden import dma, params
+from golden import dma
+from golden.formats import BUILD
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
@@ -11,17 +12,18 @@ TOP = "gs_axi_record_reader"
 SLOW = True
 BASE = 0x1238
 COUNT = 2000
+WHOLE = BUILD.record_bytes // dma.BEAT
 
 
 def record(memory: bytearray, index: int) -> int:
-    at = BASE + params.RECORD_BYTES * index
-    return int.from_bytes(memory[at : at + params.RECORD_BYTES], "little")
+    at = BASE + BUILD.record_bytes * index
+    return int.from_bytes(memory[at : at + BUILD.record_bytes], "little")
 
 
 async def bench(dut, source_stall="none", sink_stall="none", read=40):
     start_clock(dut)
     random = rng("record", source_stall, sink_stall)
-    memory = bytearray(random.randbytes(BASE + params.RECORD_BYTES * COUNT + 64))
+    memory = bytearray(random.randbytes(BASE + BUILD.record_bytes * COUNT + 64))
     port = AxiMemory(dut, "m_axi", memory, read=read, stall=source_stall, seed=sink_stall)
     dut.cfg_addr.value = BASE
     source = Source(dut, "idx", ("index",), stall=source_stall)
@@ -33,7 +35,7 @@ async def bench(dut, source_stall="none", sink_stall="none", read=40):
 
 def border() -> list[int]:
     """Indices whose record needs two bursts."""
-    return [i for i in range(COUNT) if dma.record_head(i, BASE) < dma.RECORD_BEATS]
+    return [i for i in range(COUNT) if dma.record_head(i, BUILD.record_bytes, BASE) < WHOLE]
 
 
 @cocotb.test()
@@ -57,9 +59,9 @@ async def test_cycles_equal_golden(dut, read):
     indices = [random.randrange(COUNT) for _ in range(100)] + border()[:4] + [5] + border()[4:5] + [7, 8]
     source.send([(i,) for i in indices])
     await sink.wait(len(indices))
-    heads = np.array([dma.record_head(index, BASE) for index in indices])
-    taken = source.cycles[0] + np.concatenate([[0], np.cumsum(1 + (heads < dma.RECORD_BEATS))])
-    done = dma.record_arrivals(taken[:-1] + 1, heads, dma.FEATURE, dma.new_ports(), dma.Latency(read=read))
+    heads = np.array([dma.record_head(index, BUILD.record_bytes, BASE) for index in indices])
+    taken = source.cycles[0] + np.concatenate([[0], np.cumsum(1 + (heads < WHOLE))])
+    done = dma.record_arrivals(taken[:-1] + 1, heads, WHOLE, dma.FEATURE, dma.new_ports(), dma.Latency(read=read))
     assert source.cycles == taken[:-1].tolist() and sink.cycles == done.tolist()
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from golden import params
+from golden.formats import BUILD, record_fields
 
 ROOT_LOG2E = np.sqrt(np.log2(np.e) / 2)
-CHOL_MAX = (1 << params.CHOL_W) - 1
-COLOUR_MAX = int(params.COLOUR_MAX * (1 << params.COLOUR_F))  # the accumulator holds no more
+CHOL_MAX = (1 << BUILD.chol_w) - 1
+COLOUR_MAX = BUILD.colour_max  # the accumulator holds no more
 
 
 def cholesky(major: np.ndarray, minor: np.ndarray, angle: np.ndarray, low_pass: float = 0.3) -> np.ndarray:
@@ -19,21 +19,19 @@ def cholesky(major: np.ndarray, minor: np.ndarray, angle: np.ndarray, low_pass: 
     xy = cos * sin * (1 / big - 1 / small)
     a = np.sqrt(xx)
     values = np.stack([a, xy / a, 1 / (a * np.sqrt(big * small))], axis=1) * ROOT_LOG2E
-    codes = np.rint(np.ldexp(values, params.CHOL_F)).astype(np.int64)
+    codes = np.rint(np.ldexp(values, BUILD.chol_f)).astype(np.int64)
     return np.clip(codes, [0, -CHOL_MAX - 1, 0], CHOL_MAX)
 
 
 def opacity_code(alpha: np.ndarray) -> np.ndarray:
     """-log2(alpha), UQ3.OPACITY_F, saturated."""
-    return np.clip(np.rint(np.ldexp(-np.log2(alpha), params.OPACITY_F)), 0, (1 << params.OPACITY_W) - 1).astype(
-        np.int64
-    )
+    return np.clip(np.rint(np.ldexp(-np.log2(alpha), BUILD.opacity_f)), 0, (1 << BUILD.opacity_w) - 1).astype(np.int64)
 
 
 def mean_code(pixels: np.ndarray) -> np.ndarray:
     """Positions in pixels, SQ13.MEAN_F, saturated."""
-    top = 1 << (params.MEAN_W - 1)
-    return np.clip(np.rint(np.ldexp(pixels, params.MEAN_F)), -top, top - 1).astype(np.int64)
+    top = 1 << (BUILD.mean_w - 1)
+    return np.clip(np.rint(np.ldexp(pixels, BUILD.mean_f)), -top, top - 1).astype(np.int64)
 
 
 def gaussians(n: int, seed: int, x0: int = 0, y0: int = 0, kind: str = "mixed") -> np.ndarray:
@@ -43,9 +41,9 @@ def gaussians(n: int, seed: int, x0: int = 0, y0: int = 0, kind: str = "mixed") 
     """
     r = np.random.default_rng(seed)
     if kind == "codes":
-        widths = np.array([width for _, width in params.RECORD_FIELDS[:9]])
+        widths = np.array([width for _, width in record_fields(BUILD)[:9]])
         codes = r.integers(0, 1 << widths, (n, 9))
-        signed = np.array([name in ("mean_x", "mean_y", "chol_b") for name, _ in params.RECORD_FIELDS[:9]])
+        signed = np.array([name in ("mean_x", "mean_y", "chol_b") for name, _ in record_fields(BUILD)[:9]])
         codes[:, 6:] = np.minimum(codes[:, 6:], COLOUR_MAX)
         return np.where(signed & (codes >= 1 << (widths - 1)), codes - (1 << widths), codes)
     spread, major, minor = {

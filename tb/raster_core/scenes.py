@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from golden import params, records
+from golden.formats import BUILD
 
 
 def scene(n: int, width: int, height: int, seed: int = 0, sigma: float = 3.0, opaque: float = 0.5) -> SimpleNamespace:
@@ -23,18 +24,18 @@ def scene(n: int, width: int, height: int, seed: int = 0, sigma: float = 3.0, op
     chol = np.stack([a, xy / a, 1 / (a * major * minor)], axis=1) * np.sqrt(np.log2(np.e) / 2)
     alpha = np.where(r.random(n) < opaque, r.uniform(0.7, 1, n), r.uniform(0.004, 0.3, n))
     return SimpleNamespace(
-        mean=np.rint(np.ldexp(mean, params.MEAN_F)).astype(np.int64),
-        chol=np.rint(np.ldexp(chol, params.CHOL_F)).astype(np.int64),
-        opacity=np.rint(np.ldexp(-np.log2(alpha), params.OPACITY_F)).astype(np.int64),
-        colour=r.integers(0, int(params.COLOUR_MAX * (1 << params.COLOUR_F)) + 1, (n, 3)),
-        key=r.integers(0, 1 << params.KEY_W, n),
+        mean=np.rint(np.ldexp(mean, BUILD.mean_f)).astype(np.int64),
+        chol=np.rint(np.ldexp(chol, BUILD.chol_f)).astype(np.int64),
+        opacity=np.rint(np.ldexp(-np.log2(alpha), BUILD.opacity_f)).astype(np.int64),
+        colour=r.integers(0, BUILD.colour_max + 1, (n, 3)),
+        key=r.integers(0, 1 << BUILD.key_w, n),
     )
 
 
 def walls(n: int) -> SimpleNamespace:
     """n opaque Gaussians that cover everything near the origin."""
     return SimpleNamespace(
-        mean=np.full((n, 2), 32 << params.MEAN_F),
+        mean=np.full((n, 2), 32 << BUILD.mean_f),
         chol=np.tile([1 << 14, 0, 1 << 14], (n, 1)),
         opacity=np.zeros(n, np.int64),
         colour=np.full((n, 3), 512),
@@ -56,4 +57,4 @@ def every_entry(features: SimpleNamespace, tile_n: int) -> tuple[np.ndarray, np.
 
 def record_words(features: SimpleNamespace) -> list[int]:
     """Feature records as the memory holds them."""
-    return [int.from_bytes(row.tobytes(), "little") for row in records.record_bytes(features)]
+    return [int.from_bytes(row.tobytes(), "little") for row in records.record_bytes(BUILD, features)]

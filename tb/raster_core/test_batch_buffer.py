@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params, records
+from golden.formats import BUILD
 from golden.raster_core import batch_buffer
 from tb.lib.stream import STALLS, Monitor, Sink, Source, cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene
@@ -12,7 +13,7 @@ from tb.raster_core.scenes import record_words, scene
 TOP = "gs_batch_buffer"
 SLOW = True
 GROUPS = 3  # the buffer learns from hit_first and hit_last where a batch's groups begin and end
-FEATURE_W = params.GEOMETRY_W + 3 * params.COLOUR_W
+FEATURE_W = BUILD.geometry_w + 3 * BUILD.colour_w
 LATENCY = 9
 
 
@@ -33,7 +34,7 @@ class Bench:
             table = words[first : first + length]
             indices = records.indices_of(table)
             updated = batch_buffer.updated(table, features.key[indices], self.hit[first : first + length])
-            self.want += batch_buffer.blocks(updated)
+            self.want += batch_buffer.blocks(BUILD, updated)
             self.entries += [(int(word), 0) for word in table] + [(None, 1)]
             self.requests += indices.tolist()
             for at, m in batch_buffer.batches(length):
@@ -76,7 +77,7 @@ class Bench:
                 dut.geometry_en.value = 0
                 if slot % 16 == 0:
                     await self.edge
-                    geometry = self.records[indices[slot]] & (1 << params.GEOMETRY_W) - 1
+                    geometry = self.records[indices[slot]] & (1 << BUILD.geometry_w) - 1
                     assert int(dut.geometry.value) == geometry, f"tile {tile} slot {slot}"
             dut.test_issued.value = 1
             await self.edge

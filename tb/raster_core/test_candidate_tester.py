@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import candidate_tester as golden
 from golden.raster_core import queue_blender
 from golden.raster_core.candidate_matrix import BLOCK, words
@@ -31,16 +32,18 @@ class Batch:
     def __init__(self, n: int, kind: str, density: float, last: bool, x0: int, y0: int, random) -> None:
         features = walls(n) if kind == "walls" else scene(n, *SIZE, seed=random.getrandbits(32), sigma=6.0)
         if kind == "misses":
-            features.opacity[:] = (1 << params.OPACITY_W) - 1
+            features.opacity[:] = (1 << BUILD.opacity_w) - 1
         self.n, self.last, self.x0, self.y0 = n, int(last), x0, y0
         rows = zip(features.chol, features.mean, features.opacity, strict=True)
-        bitmaps = np.array([tile_bits(*chol, *mean, opacity, x0, y0, *SIZE) for chol, mean, opacity in rows], np.uint64)
+        bitmaps = np.array(
+            [tile_bits(BUILD, *chol, *mean, opacity, x0, y0, *SIZE) for chol, mean, opacity in rows], np.uint64
+        )
         extra = np.array([random.random() < density for _ in range(n * params.GROUPS)], bool).reshape(n, params.GROUPS)
         candidate = np.repeat(extra, BLOCK, axis=0)[:n] if kind == "walls" else (group_hits(bitmaps).T > 0) | extra
         masks = (candidate << np.arange(params.GROUPS)).sum(axis=1).astype(np.int64)
         self.words = words(masks).tolist()
         self.counts = np.array([[word.bit_count() for word in row] for row in self.words]).reshape(params.GROUPS, -1)
-        self.geometry = [word & (1 << params.GEOMETRY_W) - 1 for word in record_words(features)]
+        self.geometry = [word & (1 << BUILD.geometry_w) - 1 for word in record_words(features)]
         self.tests = golden.tests(masks, bitmaps)
         self.slots = random.sample(range(n), n)
 
@@ -150,7 +153,7 @@ class Bench:
             if word is not None:  # the geometry read in the cycle before this one
                 dut.geometry.value, dut.geometry_slot.value = word
             else:
-                dut.geometry.value, dut.geometry_slot.value = random.getrandbits(params.GEOMETRY_W), 0
+                dut.geometry.value, dut.geometry_slot.value = random.getrandbits(BUILD.geometry_w), 0
             word = None
             if dut.geometry_en.value:
                 position = int(dut.geometry_pos.value)

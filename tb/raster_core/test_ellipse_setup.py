@@ -2,7 +2,7 @@
 
 import cocotb
 
-from golden import params
+from golden.formats import BUILD
 from golden.raster_core import ellipse_setup
 from tb.lib import pipe
 from tb.lib.stream import reset, rng, start_clock
@@ -11,22 +11,22 @@ TOP = "gs_ellipse_setup"
 SLOW = True
 FIELDS = ("a", "b", "c", "mean_x", "mean_y", "x0", "y0")
 RANGES = (  # lowest and highest code of each field
-    (0, (1 << params.CHOL_W) - 1),
-    (-(1 << params.CHOL_W), (1 << params.CHOL_W) - 1),
-    (0, (1 << params.CHOL_W) - 1),
-    (-(1 << (params.MEAN_W - 1)), (1 << (params.MEAN_W - 1)) - 1),
-    (-(1 << (params.MEAN_W - 1)), (1 << (params.MEAN_W - 1)) - 1),
-    (0, (1 << (params.MEAN_W - params.MEAN_F - 1)) - 1),
-    (0, (1 << (params.MEAN_W - params.MEAN_F - 1)) - 1),
+    (0, (1 << BUILD.chol_w) - 1),
+    (-(1 << BUILD.chol_w), (1 << BUILD.chol_w) - 1),
+    (0, (1 << BUILD.chol_w) - 1),
+    (-(1 << (BUILD.mean_w - 1)), (1 << (BUILD.mean_w - 1)) - 1),
+    (-(1 << (BUILD.mean_w - 1)), (1 << (BUILD.mean_w - 1)) - 1),
+    (0, (1 << (BUILD.mean_w - BUILD.mean_f - 1)) - 1),
+    (0, (1 << (BUILD.mean_w - BUILD.mean_f - 1)) - 1),
 )
 
 
 def near(generator) -> tuple[int, ...]:
     """A footprint whose mean is at most some hundred pixels away: mostly not saturated."""
     x0, y0 = (generator.randrange(0, 4096, 8) for _ in range(2))
-    a, c = (int(2 ** generator.uniform(4, params.CHOL_W)) for _ in range(2))
-    b = int(generator.choice((-1, 1)) * 2 ** generator.uniform(0, params.CHOL_W))
-    mean_x, mean_y = (((at << params.MEAN_F) + generator.randint(-300_000, 300_000)) for at in (x0, y0))
+    a, c = (int(2 ** generator.uniform(4, BUILD.chol_w)) for _ in range(2))
+    b = int(generator.choice((-1, 1)) * 2 ** generator.uniform(0, BUILD.chol_w))
+    mean_x, mean_y = (((at << BUILD.mean_f) + generator.randint(-300_000, 300_000)) for at in (x0, y0))
     return a, b, c, mean_x, mean_y, x0, y0
 
 
@@ -36,9 +36,9 @@ def corner(generator) -> tuple[int, ...]:
 
 
 def expected(beats) -> list[tuple[int, tuple[int, int]]]:
-    mask = (1 << params.STEP_W) - 1
+    mask = (1 << BUILD.step_w) - 1
     return [
-        (cycle + ellipse_setup.LATENCY, tuple(int(value) & mask for value in ellipse_setup.setup(*beat)))
+        (cycle + ellipse_setup.LATENCY, tuple(int(value) & mask for value in ellipse_setup.setup(BUILD, *beat)))
         for cycle, beat in enumerate(beats)
         if beat is not None
     ]
@@ -58,7 +58,7 @@ async def test_ordinary_and_extreme_footprints_one_a_cycle(dut):
     anything = [tuple(generator.randint(low, high) for low, high in RANGES) for _ in range(500)]
     beats = [near(generator) for _ in range(2000)] + [corner(generator) for _ in range(2000)] + anything
     values = [value for _, pair in expected(beats) for value in pair]
-    assert (1 << (params.STEP_W - 1)) - 1 in values and 1 << (params.STEP_W - 1) in values  # it saturates both ways
+    assert (1 << (BUILD.step_w - 1)) - 1 in values and 1 << (BUILD.step_w - 1) in values  # it saturates both ways
     await check(dut, beats, generator)
 
 

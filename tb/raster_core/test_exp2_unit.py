@@ -3,7 +3,7 @@
 import cocotb
 from cocotb.triggers import RisingEdge
 
-from golden import params
+from golden.formats import BUILD
 from golden.raster_core import exp2_unit
 from tb.lib.stream import rng, start_clock
 
@@ -26,12 +26,12 @@ async def run(dut, codes: list[int]) -> list[int]:
 
 @cocotb.test()
 async def test_every_code(dut):
-    codes = list(range(1 << (params.POWER_F + 3)))
-    assert await run(dut, codes) == [exp2_unit.exp2(p) for p in codes]
+    codes = list(range(1 << (BUILD.power_f + 3)))
+    assert await run(dut, codes) == [exp2_unit.exp2(BUILD, p) for p in codes]
 
 
 @cocotb.test()
 async def test_codes_do_not_see_their_neighbours(dut):
     generator = rng("exp2")
-    codes = [generator.getrandbits(params.POWER_F + 3) for _ in range(5000)]
-    assert await run(dut, codes) == [exp2_unit.exp2(p) for p in codes]
+    codes = [generator.getrandbits(BUILD.power_f + 3) for _ in range(5000)]
+    assert await run(dut, codes) == [exp2_unit.exp2(BUILD, p) for p in codes]

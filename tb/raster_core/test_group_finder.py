@@ -4,6 +4,7 @@ import cocotb
 import numpy as np
 
 from golden import params
+from golden.formats import BUILD, record_fields, record_offsets
 from golden.raster_core import group_finder
 from tb.lib import pipe
 from tb.lib.footprints import gaussians
@@ -19,7 +20,7 @@ GAP = group_finder.INTERVAL - 1
 
 def geometry(row) -> int:
     """The geometry bits of a record from its codes (mean_x, mean_y, a, b, c, opacity)."""
-    offsets = params.record_offsets().values()
+    offsets = record_offsets(BUILD).values()
     return sum((int(code) & (1 << width) - 1) << low for code, (low, width) in zip(row, offsets, strict=False))
 
 
@@ -30,8 +31,8 @@ def seen(kind: str, n: int, seed: int, width: int, height: int) -> list[tuple]:
     rows = gaussians(n, seed, 28, 28, kind)[:, :6]
     if kind == "codes":
         rows[:, :2] >>= generator.integers(0, 8, (n, 1))
-    rows[:, :2] += tiles << params.MEAN_F
-    top = 1 << (params.MEAN_W - 1)
+    rows[:, :2] += tiles << BUILD.mean_f
+    top = 1 << (BUILD.mean_w - 1)
     rows[:, :2] = rows[:, :2].clip(-top, top - 1)
     return list(zip(rows, tiles, strict=True))
 
@@ -40,7 +41,7 @@ def corner(generator) -> tuple:
     """A footprint with every field at an end of its range, or almost, in the tile at the origin."""
     signed = {"mean_x", "mean_y", "chol_b"}
     row = []
-    for name, width in params.RECORD_FIELDS[:6]:
+    for name, width in record_fields(BUILD)[:6]:
         low, high = (-(1 << (width - 1)), (1 << (width - 1)) - 1) if name in signed else (0, (1 << width) - 1)
         row.append(generator.choice((low, low + 1, 0, high - 1, high)))
     if generator.random() < 0.5:
@@ -55,7 +56,7 @@ def expected(beats, size) -> list[tuple[int, tuple[int]]]:
         if beat is not None:
             (mean_x, mean_y, a, b, c, opacity), (x0, y0) = beat
             codes = (int(code) for code in (a, b, c, mean_x, mean_y, opacity, x0, y0))
-            found.append((cycle + group_finder.LATENCY, (group_finder.mask(*codes, *size),)))
+            found.append((cycle + group_finder.LATENCY, (group_finder.mask(BUILD, *codes, *size),)))
     return found
 
 

@@ -2,7 +2,7 @@
 
 import cocotb
 
-from golden import params
+from golden.formats import BUILD, record_fields, record_offsets
 from golden.raster_core.group_test_unit import LATENCY, group_hits
 from tb.lib import pipe
 from tb.lib.footprints import gaussians
@@ -17,8 +17,8 @@ FIELDS = ("x", "y", "geometry")
 def geometry(row) -> int:
     """The low fields of a record."""
     word = 0
-    for value, (name, width) in zip(row, params.RECORD_FIELDS[:6], strict=True):
-        word |= (int(value) & (1 << width) - 1) << params.record_offsets()[name][0]
+    for value, (name, width) in zip(row, record_fields(BUILD)[:6], strict=True):
+        word |= (int(value) & (1 << width) - 1) << record_offsets(BUILD)[name][0]
     return word
 
 
@@ -29,7 +29,7 @@ async def check(dut, rows, generator, gaps: bool = False) -> list[int]:
         if gaps and generator.random() < 0.5:
             beats.append(None)
         x, y = 640 + 32 * generator.randrange(3), 312 + 8 * generator.randrange(4)
-        hits = group_hits(a, b, c, mean_x, mean_y, opacity, x, y, *SIZE)
+        hits = group_hits(BUILD, a, b, c, mean_x, mean_y, opacity, x, y, *SIZE)
         wanted.append((len(beats) + LATENCY, (hits,)))
         beats.append((x, y, geometry((mean_x, mean_y, a, b, c, opacity))))
     found = await pipe.run(dut, FIELDS, beats, ("hits",), LATENCY + 3, generator)

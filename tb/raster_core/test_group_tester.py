@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import group_tester
 from tb.lib.stream import cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene
@@ -18,7 +19,8 @@ SLOT_W = (params.CHUNK - 1).bit_length()
 def bitmaps(features, slots, x0: int, y0: int) -> np.ndarray:
     """[n] uint64"""
     found = [
-        group_tester.tile_bits(*features.chol[g], *features.mean[g], features.opacity[g], x0, y0, *SIZE) for g in slots
+        group_tester.tile_bits(BUILD, *features.chol[g], *features.mean[g], features.opacity[g], x0, y0, *SIZE)
+        for g in slots
     ]
     return np.array(found, np.uint64)
 
@@ -67,7 +69,7 @@ class Blender:
 async def run(dut, lengths: list[int], patience: int, check_cycles: bool) -> None:
     """Batches of these lengths, offered back to back."""
     features = scene(sum(lengths), *SIZE, seed=patience, sigma=6.0)
-    geometry = [word & (1 << params.GEOMETRY_W) - 1 for word in record_words(features)]
+    geometry = [word & (1 << BUILD.geometry_w) - 1 for word in record_words(features)]
     start_clock(dut)
     dut.cfg_width.value, dut.cfg_height.value = SIZE
     dut.test_valid.value = 0

@@ -4,6 +4,7 @@ import cocotb
 import numpy as np
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import intersection_test_unit as itu
 from golden.raster_core.ellipse_setup import setup
 from tb.lib import pipe
@@ -13,16 +14,16 @@ from tb.lib.stream import reset, rng, start_clock
 TOP = "gs_intersection_test_unit"
 SLOW = True
 FIELDS = ("u0", "v0", "a", "b", "c", "limit")
-LOW, HIGH = -(1 << (params.STEP_W - 1)), (1 << (params.STEP_W - 1)) - 1
-TOP_A = (1 << params.CHOL_W) - 1
+LOW, HIGH = -(1 << (BUILD.step_w - 1)), (1 << (BUILD.step_w - 1)) - 1
+TOP_A = (1 << BUILD.chol_w) - 1
 
 
 def seen(kind: str, n: int, seed: int) -> list[tuple[int, ...]]:
     """Gaussians as unit s of a group at pixel (640, 320) sees them, s in turn."""
     beats = []
     for at, (mean_x, mean_y, a, b, c, opacity, *_) in enumerate(gaussians(n, seed, 656, 320, kind)):
-        u0, v0 = setup(a, b, c, mean_x, mean_y, 640, 320)
-        beats.append((u0 + at % params.UNITS * params.SUBTILE * a, v0, a, b, c, itu.bound(opacity)))
+        u0, v0 = setup(BUILD, a, b, c, mean_x, mean_y, 640, 320)
+        beats.append((u0 + at % params.UNITS * params.SUBTILE * a, v0, a, b, c, itu.bound(BUILD, opacity)))
     return [tuple(int(value) for value in beat) for beat in beats]
 
 
@@ -31,22 +32,22 @@ def ends(generator) -> tuple[int, ...]:
     a = generator.choice((0, 1, TOP_A))
     u0 = generator.choice((LOW, LOW + 1, -7 * a, -7 * a - 1, -1, 0, 1, HIGH)) + generator.choice((0, 24 * a))
     b = generator.choice((-TOP_A - 1, -TOP_A, -1, 0, 1, TOP_A))
-    limit = generator.choice((itu.bound(0), itu.bound(65535), -1, 0, 1))
+    limit = generator.choice((itu.bound(BUILD, 0), itu.bound(BUILD, 65535), -1, 0, 1))
     return u0, generator.choice((LOW, -1, 0, 1, HIGH)), a, b, generator.choice((0, 1, TOP_A)), limit
 
 
 def nearest(u0, v0, a, b, c) -> int:
     """The limit at which the subtile is just hit."""
-    low, high = 0, (1 << (2 * params.ITU_W - 1)) - 1
+    low, high = 0, (1 << (2 * BUILD.itu_w - 1)) - 1
     while low < high:
         middle = (low + high) // 2
-        low, high = (low, middle) if itu.subtile_hit(u0, v0, a, b, c, middle) else (middle + 1, high)
+        low, high = (low, middle) if itu.subtile_hit(BUILD, u0, v0, a, b, c, middle) else (middle + 1, high)
     return low
 
 
 def expected(beats) -> list[tuple[int, tuple[int]]]:
     return [
-        (cycle + itu.UNIT_LATENCY, (int(itu.subtile_hit(*beat)),))
+        (cycle + itu.UNIT_LATENCY, (int(itu.subtile_hit(BUILD, *beat)),))
         for cycle, beat in enumerate(beats)
         if beat is not None
     ]
@@ -97,10 +98,10 @@ async def test_distances_next_to_a_whole_code_truncate_alike_on_both_sides(dut):
     beats = []
     for k in (1, 2, 3, 777, 2895, 2896, 4094, 4095, 4096):
         for delta in (-1, 0, 1):
-            step = (k << itu.NARROW) + delta
+            step = (k << (BUILD.step_f - BUILD.itu_f)) + delta
             for sign in (-1, 1):
                 for square in ((k - 1) ** 2, k * k - 1, k * k):
-                    limit = min(square, (1 << (2 * params.ITU_W - 1)) - 1)
+                    limit = min(square, (1 << (2 * BUILD.itu_w - 1)) - 1)
                     beats += [(sign * step, 0, 0, 0, 0, limit), (0, sign * step, 0, 0, 0, limit)]
     hits = await check(dut, beats, generator)
     assert 0 < sum(hits) < len(hits)

@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params, records
+from golden.formats import BUILD
 from golden.raster_core import candidate_matrix, group_finder, late_buffer, late_sorter
 from tb.lib.stream import STALLS, Monitor, Sink, Source, cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene
@@ -13,8 +14,8 @@ TOP = "gs_late_buffer"
 SLOW = True
 C = params.CHUNK
 SIZE = 512  # of the picture
-GEOMETRY_MASK = (1 << params.GEOMETRY_W) - 1
-FEATURE_MASK = (1 << params.GEOMETRY_W + 3 * params.COLOUR_W) - 1
+GEOMETRY_MASK = (1 << BUILD.geometry_w) - 1
+FEATURE_MASK = (1 << BUILD.geometry_w + 3 * BUILD.colour_w) - 1
 LATENCY = 9
 
 
@@ -25,7 +26,7 @@ class Batch:
         self.indices, self.hit, self.xy, self.last = indices, hit, xy, last
         self.order = late_sorter.order(records.entries(features.key[indices], indices))
         rows = np.column_stack([features.chol, features.mean, features.opacity])[indices[self.order]]
-        masks = [group_finder.mask(*map(int, row), *xy, SIZE, SIZE) for row in rows]
+        masks = [group_finder.mask(BUILD, *map(int, row), *xy, SIZE, SIZE) for row in rows]
         self.words = candidate_matrix.words(np.array(masks, np.int64))
 
 
@@ -52,8 +53,8 @@ class Bench:
             for at, m in spans:
                 part = slice(at, at + m)
                 self.batches.append(Batch(indices[part], features, hit[part], xy, (at, m) == spans[-1]))
-            self.want += late_buffer.blocks(records.entries(features.key[indices], indices), hit, first)
-            stale = self.random.getrandbits(params.KEY_W)
+            self.want += late_buffer.blocks(BUILD, records.entries(features.key[indices], indices), hit, first)
+            stale = self.random.getrandbits(BUILD.key_w)
             self.entries += [(stale << params.INDEX_W | int(index), 0) for index in indices] + [(None, 1)]
             self.requests += indices.tolist()
             begin += length

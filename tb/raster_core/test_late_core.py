@@ -11,6 +11,7 @@ from cocotb.triggers import RisingEdge
 from golden import params, records
 from golden.cameras import default_view, path
 from golden.cameras.camera import look_at
+from golden.formats import BUILD
 from golden.frame import Renderer, tiles_of
 from golden.raster_core import candidate_tester, late_buffer, late_core, late_timing, pixel_resolver
 from golden.raster_core.group_finder import mask
@@ -32,7 +33,7 @@ def nearly(words, features, seed: int = 0):
     r = np.random.default_rng(seed)
     index = records.indices_of(words)
     place = np.argsort(np.argsort(features.key[index], kind="stable") + r.normal(0, 20, len(words)))
-    return records.entries(r.integers(0, 1 << params.KEY_W, len(words)), index[place])
+    return records.entries(r.integers(0, 1 << BUILD.key_w, len(words)), index[place])
 
 
 def masks(words, features, xy, size) -> np.ndarray:
@@ -40,7 +41,7 @@ def masks(words, features, xy, size) -> np.ndarray:
     f = features
     return np.array(
         [
-            mask(*map(int, f.chol[g]), *map(int, f.mean[g]), int(f.opacity[g]), *map(int, xy), *size)
+            mask(BUILD, *map(int, f.chol[g]), *map(int, f.mean[g]), int(f.opacity[g]), *map(int, xy), *size)
             for g in records.indices_of(words)
         ],
         np.int64,
@@ -60,7 +61,7 @@ def expected(result, lists, features, tile_xy, size, first):
             found = candidate_tester.tests(masks(out, features, xy, size), result.bitmaps[part])
             tests += [(group, order[position], hits) for group, position, hits in found]
             last = int(begin + at + n == end and n < (params.CHUNK if at else first))
-            blocks += [(int(word), n, last) for word in out] or [(None, 0, last)]
+            blocks += [(int(word), n, last) for word in records.hardware(BUILD, out)] or [(None, 0, last)]
     return tests, blocks
 
 
@@ -68,7 +69,7 @@ class Times:
     """The cycles that golden gives for tiles whose entries are offered in the cycles `arrivals`."""
 
     def __init__(self, result, offsets, features, tile_xy, size, first, origin, arrivals, latency) -> None:
-        hits, candidates = late_core.work(result, offsets, features, tile_xy, *size, first)
+        hits, candidates = late_core.work(BUILD, result, offsets, features, tile_xy, *size, first)
         beats = pixel_resolver.pixel_beats(tile_xy, *size)
         self.taken, self.blocks, self.pixels = [], [], []
         state = late_timing.new_state(origin)
@@ -94,7 +95,7 @@ async def run(
     gaps: cycles between entries; delay: range of the records' latency.
     """
     offsets, words = lists
-    result = late_core.rasterise_late(lists, features, tile_xy, *size, BACKGROUND, first)
+    result = late_core.rasterise_late(BUILD, lists, features, tile_xy, *size, BACKGROUND, first)
     if clock:
         start_clock(dut)
     else:
@@ -140,7 +141,7 @@ async def run(
         assert all(w is None or g == w for g, w in zip(got, wanted, strict=True)), f"upd {at}: {got}, want {wanted}"
     pixels = []
     for (data, strobes, last), rgb in zip(px.beats, values, strict=True):
-        data, rgb = pixel_resolver.live(data, strobes, rgb)
+        data, rgb = pixel_resolver.live(BUILD, data, strobes, rgb)
         pixels.append((data, strobes, last, rgb))
     assert pixels == expected_pixels(result, tile_xy, *size)
     assert blends[0] == result.blends.sum()
@@ -181,7 +182,7 @@ async def test_tables_around_the_length_of_a_batch(dut, n, first):
 
 
 @cocotb.test(skip=FOUR_STATE)
-@cocotb.parametrize(shift=[params.KEY_W - 2, params.KEY_W])
+@cocotb.parametrize(shift=[BUILD.key_w - 2, BUILD.key_w])
 async def test_equal_keys_are_ordered_by_index(dut, shift):
     """Four keys, or one only, for all Gaussians."""
     features = scene(400, 64, 64, seed=3, sigma=4.0)
@@ -260,7 +261,7 @@ async def test_a_reset_in_mid_flight_leaves_nothing_behind(dut):
         for name in ("tile", "entry", "feat"):
             getattr(dut, f"{name}_valid").value = noise.random() < 0.8
         dut.entry_last.value = noise.random() < 0.02
-        dut.entry_word.value = noise.getrandbits(params.ENTRY_W)
+        dut.entry_word.value = noise.getrandbits(BUILD.entry_w)
         dut.feat_record.value = noise.choice(words)
         await RisingEdge(dut.clk)
     features = scene(20, 130, 70, sigma=2.0)

@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params, records
+from golden.formats import BUILD
 from golden.raster_core import late_buffer, late_sorter
 from tb.lib.stream import cycle, reset, rng, start_clock
 
@@ -23,7 +24,7 @@ class Bench:
         self.hold = 0 if gap == "none" else 700  # cycles that a bank may be kept
         self.batches = []  # (words in their order of arrival, last)
         for length in lengths:
-            keys = np.random.default_rng(length).integers(0, 1 << params.KEY_W, length)
+            keys = np.random.default_rng(length).integers(0, 1 << BUILD.key_w, length)
             keys[: length // 4] = 7
             indices = np.random.default_rng(length + 1).permutation(1 << 12)[:length]
             words = records.entries(keys, indices)

@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import pixel_resolver
 from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.stream import STALLS, Monitor, Sink, cycle, reset, rng, start_clock
@@ -14,7 +15,7 @@ SLOW = True
 SIZE = (130, 70)
 BACKGROUND = (100, 7680, 0)
 SIDE = 8
-WORD_W = params.LANES * scu.STATE_W
+WORD_W = params.LANES * scu.state_w(BUILD)
 FIELDS = ("data", "strb", "last", "rgb")
 
 
@@ -24,8 +25,8 @@ class Buffers:
     def __init__(self, dut, seed) -> None:
         r = np.random.default_rng(seed)
         self.touched = r.random((SIDE, SIDE)) < 0.7
-        self.t = r.integers(1, scu.T_ONE + 1, (64, 64))
-        most = (scu.T_ONE - self.t) * max(BACKGROUND) >> 8  # what the layers can have added
+        self.t = r.integers(1, (1 << BUILD.t_f) + 1, (64, 64))
+        most = ((1 << BUILD.t_f) - self.t) * max(BACKGROUND) >> 8  # what the layers can have added
         self.acc = (r.random((3, 64, 64)) * most).astype(np.int64)
         noise = rng("noise", seed)
         self.words = {}
@@ -35,10 +36,10 @@ class Buffers:
                 where = slice(row * 8, row * 8 + 8), slice(column * 8, column * 8 + 8)
                 if self.touched[row, column]:
                     done = r.integers(0, 2, 64)
-                    packed = scu.pack(self.t[where].ravel(), self.acc[:, *where].reshape(3, 64), done)
+                    packed = scu.pack(BUILD, self.t[where].ravel(), self.acc[:, *where].reshape(3, 64), done)
                 else:
                     packed = [noise.getrandbits(WORD_W) for _ in range(params.BEATS)]
-                    self.t[where], self.acc[:, *where] = scu.T_ONE, 0
+                    self.t[where], self.acc[:, *where] = (1 << BUILD.t_f), 0
                 for beat, word in enumerate(packed):
                     self.words[unit, group * params.BEATS + beat] = word
         bits = [self.touched[g // 2, (g % 2) * 4 + s] for s in range(params.UNITS) for g in range(params.GROUPS)]
@@ -53,8 +54,8 @@ class Buffers:
         for k in range(3):
             for y in range(rows):
                 for x in range(columns):
-                    value[y, x, k] = scu.resolve(int(self.acc[k, y, x]), int(self.t[y, x]), BACKGROUND[k])
-        return pixel_resolver.beats(value, np.vectorize(scu.to_8_bit)(value))
+                    value[y, x, k] = scu.resolve(BUILD, int(self.acc[k, y, x]), int(self.t[y, x]), BACKGROUND[k])
+        return pixel_resolver.beats(BUILD, value, np.vectorize(lambda v: scu.to_8_bit(BUILD, v))(value))
 
 
 async def serve(dut, buffers: dict, done: list) -> None:
@@ -105,5 +106,5 @@ async def test_tiles_at_the_corners_of_a_picture(dut, stall):
         await sink.edge
     assert len(sink.beats) == len(want)
     for at, ((data, strobes, last, rgb), wanted) in enumerate(zip(sink.beats, want, strict=True)):
-        data, rgb = pixel_resolver.live(data, strobes, rgb)
+        data, rgb = pixel_resolver.live(BUILD, data, strobes, rgb)
         assert (data, strobes, last, rgb) == wanted, f"beat {at}"

@@ -4,6 +4,7 @@ import cocotb
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import power_unit
 from tb.lib.footprints import gaussians
 from tb.lib.pipe import code, unknown
@@ -17,10 +18,10 @@ FIELDS = ("mean_x", "mean_y", "a", "b", "c", "opacity", "x0", "y0")
 
 def words(beat) -> list[int]:
     """out_p of the four beats of one Gaussian."""
-    p = power_unit.powers(*beat)
+    p = power_unit.powers(BUILD, *beat)
     lanes = range(params.LANES)
     return [
-        sum(int(p[k * params.LANES + lane]) << (lane * power_unit.P_W) for lane in lanes) for k in range(params.BEATS)
+        sum(int(p[k * params.LANES + lane]) << (lane * BUILD.power_w) for lane in lanes) for k in range(params.BEATS)
     ]
 
 
@@ -61,10 +62,10 @@ def next_to_saturation() -> list[tuple[int, ...]]:
     """u or v of the first pixel within some codes of -4 and 4, where |u| rounds to the end of UQ2.DIST_F."""
     beats = []
     for near in range(-24, 25):
-        step = (1 << params.CHOL_F) + near
+        step = (1 << BUILD.chol_f) + near
         for distance in (-4, 4):
-            x, y = (((at - distance) << params.MEAN_F) + 512 for at in ORIGIN)
-            middle = ((ORIGIN[0] + 4) << params.MEAN_F) + 512
+            x, y = (((at - distance) << BUILD.mean_f) + 512 for at in ORIGIN)
+            middle = ((ORIGIN[0] + 4) << BUILD.mean_f) + 512
             beats += [(x, y, step, 0, 0, 0, *ORIGIN), (middle, y, 0, 0, step, 0, *ORIGIN)]
     return beats
 

@@ -7,6 +7,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import queue_blender as golden
 from golden.raster_core import subtile_blender
 from golden.raster_core import subtile_compute_unit as scu
@@ -16,8 +17,8 @@ from tb.raster_core.scenes import record_words, scene, walls
 
 TOP = "gs_queue_blender"
 SLOW = True
-FEATURE_W = params.GEOMETRY_W + 3 * params.COLOUR_W
-WORD_W = params.LANES * scu.STATE_W
+FEATURE_W = BUILD.geometry_w + 3 * BUILD.colour_w
+WORD_W = params.LANES * scu.state_w(BUILD)
 UNITS = params.UNITS
 BANKS = 3
 
@@ -34,7 +35,7 @@ class Tile:
 
     def blend(self, features, size) -> None:
         """Everything that does not depend on time."""
-        subtile_blender.fresh_tile(self.state, self.x0, self.y0, *size)
+        subtile_blender.fresh_tile(BUILD, self.state, self.x0, self.y0, *size)
         held = np.full(UNITS, subtile_blender.NONE, np.int64)
         known_done = np.zeros(params.SUBTILES, np.bool_)
         columns = features.mean, features.chol, features.opacity, features.colour
@@ -45,7 +46,7 @@ class Tile:
                     listed = np.array([slots[slot] for slot, units in pushes if units >> unit & 1], np.int64)
                     hits[group, unit] = len(listed)
                     operations[group, unit], blends = subtile_blender.blend_subtile(
-                        self.state, group * UNITS + unit, self.x0, self.y0, listed, *columns, held, known_done
+                        BUILD, self.state, group * UNITS + unit, self.x0, self.y0, listed, *columns, held, known_done
                     )
                     self.blends += blends
             self.hits.append(hits)
@@ -159,11 +160,11 @@ class Bench:
                 lanes = slice(beat * params.LANES, (beat + 1) * params.LANES)
                 if touched >> unit * params.GROUPS + group & 1:
                     word = int(words[unit * WORD_W + WORD_W - 1 : unit * WORD_W])
-                    t, acc, done = (field[..., : params.LANES] for field in scu.unpack([word] * params.BEATS))
+                    t, acc, done = (field[..., : params.LANES] for field in scu.unpack(BUILD, [word] * params.BEATS))
                     live = ~dead[subtile, lanes]
                     np.testing.assert_array_equal(t[live], state[subtile, 0, lanes][live])
                     np.testing.assert_array_equal(acc[:, live], state[subtile, 1:, lanes][:, live])
-                    stopped = state[subtile, 0, lanes] < params.T_STOP
+                    stopped = state[subtile, 0, lanes] < BUILD.t_stop
                     np.testing.assert_array_equal(done.astype(bool), stopped)
                 else:
                     assert (state[subtile, 1:, lanes] == 0).all()

@@ -11,6 +11,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import batch_buffer, group_tester, pixel_resolver, timing
 from golden.raster_core.raster_core import rasterise
 from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, start_clock
@@ -116,7 +117,7 @@ def expected_pixels(result, tile_xy, width, height) -> list:
     out = []
     for x0, y0 in tile_xy:
         where = slice(y0, min(y0 + 64, height)), slice(x0, min(x0 + 64, width))
-        out += pixel_resolver.beats(result.value[where], result.rgb8[where])
+        out += pixel_resolver.beats(BUILD, result.value[where], result.rgb8[where])
     return out
 
 
@@ -125,7 +126,7 @@ async def run(
 ):
     """Tiles through the core; compares everything. With `stall` none also every cycle that golden names."""
     width, height = size
-    result = rasterise((offsets, words), features, tile_xy, width, height, BACKGROUND)
+    result = rasterise(BUILD, (offsets, words), features, tile_xy, width, height, BACKGROUND)
     if clock:
         start_clock(dut)
     else:
@@ -157,7 +158,7 @@ async def run(
     else:
         entry_source.send(beats)
 
-    want = [beat for b, e in pairwise(offsets) for beat in batch_buffer.blocks(result.words_out[b:e])]
+    want = [beat for b, e in pairwise(offsets) for beat in batch_buffer.blocks(BUILD, result.words_out[b:e])]
     pixel_beats = timing.pixel_beats(tile_xy, width, height)
     limit = (1 if timed else 10) * (10_000 + 40 * n + 6 * int(result.scu_ops.sum() + pixel_beats.sum()))
     await upd.wait(len(want), timeout_cycles=limit)
@@ -172,7 +173,7 @@ async def run(
         assert all(w is None or g == w for g, w in zip(got, wanted, strict=True)), f"upd {at}: {got}, want {wanted}"
     pixels = []
     for (data, strobes, last), rgb in zip(px.beats, values, strict=True):
-        data, rgb = pixel_resolver.live(data, strobes, rgb)
+        data, rgb = pixel_resolver.live(BUILD, data, strobes, rgb)
         pixels.append((data, strobes, last, rgb))
     assert pixels == expected_pixels(result, tile_xy, width, height)
     assert blends[0] == result.blends.sum()
@@ -263,7 +264,7 @@ async def test_a_reset_in_mid_flight_leaves_nothing_behind(dut):
         for name in ("tile", "entry", "feat"):
             getattr(dut, f"{name}_valid").value = noise.random() < 0.8
         dut.entry_last.value = noise.random() < 0.02
-        dut.entry_word.value = noise.getrandbits(params.ENTRY_W)
+        dut.entry_word.value = noise.getrandbits(BUILD.entry_w)
         dut.feat_record.value = noise.choice(words)
         await RisingEdge(dut.clk)
     features = scene(20, 130, 70, sigma=2.0)

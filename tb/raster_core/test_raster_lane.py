@@ -5,7 +5,8 @@ from itertools import pairwise
 import cocotb
 import numpy as np
 
-from golden import dma, params, records
+from golden import dma, records
+from golden.formats import BUILD
 from golden.raster_core import raster_lane
 from golden.raster_core.raster_core import rasterise
 from tb.lib.axi import AxiMemory
@@ -40,8 +41,8 @@ async def run(
     features = scene(COUNT, WIDTH, HEIGHT, seed=seed)
     memory = bytearray(SIZE)
     for index, word in enumerate(record_words(features)):
-        at = params.RECORD_BYTES * index
-        memory[at : at + params.RECORD_BYTES] = word.to_bytes(params.RECORD_BYTES, "little")
+        at = BUILD.record_bytes * index
+        memory[at : at + BUILD.record_bytes] = word.to_bytes(BUILD.record_bytes, "little")
     ports = [
         AxiMemory(
             dut, f"m_axi_{name}", memory, latency.read, latency.write, stall=stall,
@@ -64,15 +65,15 @@ async def run(
     parts = [slice(a, b) for a, b in pairwise(offsets)]
     for t, part in enumerate(parts):
         at = TABLES + REGION * t
-        memory[at : at + 6 * lengths[t]] = records.entry_bytes(words[part]).tobytes()
+        memory[at : at + 6 * lengths[t]] = records.entry_bytes(BUILD, words[part]).tobytes()
         start.send([(int(origins[t, 0]) // 64, int(origins[t, 1]) // 64, at // 8, lengths[t])])
     await done.wait(len(lengths), timeout_cycles=300_000)
 
-    want = rasterise((offsets, words), features, origins, WIDTH, HEIGHT, BACKGROUND)
+    want = rasterise(BUILD, (offsets, words), features, origins, WIDTH, HEIGHT, BACKGROUND)
     assert [n for (n,) in done.beats] == lengths
     for t, part in enumerate(parts):
         at = TABLES + REGION * t
-        got = records.entries_from_bytes(np.frombuffer(bytes(memory[at : at + 6 * lengths[t]]), np.uint8))
+        got = records.entries_from_bytes(BUILD, np.frombuffer(bytes(memory[at : at + 6 * lengths[t]]), np.uint8))
         assert np.array_equal(got, want.words_out[part]), t
     # The picture is what the last visit of each tile left.
     last = range(max(0, len(lengths) - 4), len(lengths))
@@ -80,7 +81,7 @@ async def run(
         np.concatenate(([0], np.cumsum([lengths[t] for t in last]))),
         np.concatenate([words[parts[t]] for t in last]),
     )
-    picture = rasterise(table, features, origins[list(last)], WIDTH, HEIGHT, BACKGROUND).rgb8
+    picture = rasterise(BUILD, table, features, origins[list(last)], WIDTH, HEIGHT, BACKGROUND).rgb8
     rows = np.frombuffer(bytes(memory[PICTURE : PICTURE + STRIDE * HEIGHT]), np.uint8).reshape(HEIGHT, STRIDE)
     assert np.array_equal(rows[:, : 4 * WIDTH].reshape(HEIGHT, WIDTH, 4)[:, :, :3], picture)
     assert all(port.idle() for port in ports) and dut.error.value == 0
@@ -88,7 +89,7 @@ async def run(
     if stall == "none":
         state, memory_ports = raster_lane.new_state(origin), dma.new_ports()
         times = np.zeros(raster_lane.TIMES_N, np.int64)
-        view = raster_lane.View(WIDTH, HEIGHT, FEATURES, PICTURE, STRIDE)
+        view = raster_lane.View(WIDTH, HEIGHT, FEATURES, PICTURE, STRIDE, BUILD.entry_bytes, BUILD.record_bytes)
         offered = origin + 1
         for t, part in enumerate(parts):
             counts = want.counts[want.batch_offsets[t] : want.batch_offsets[t + 1]]
@@ -122,7 +123,11 @@ async def test_a_done_waits_for_the_done_before_it(dut):
 @cocotb.test()
 async def test_cycles_equal_golden_when_every_record_needs_two_bursts(dut):
     """The queue of requests fills, and entries wait for it."""
-    split = [index for index in range(COUNT) if dma.record_head(index, FEATURES) < dma.RECORD_BEATS]
+    split = [
+        index
+        for index in range(COUNT)
+        if dma.record_head(index, BUILD.record_bytes, FEATURES) < BUILD.record_bytes // dma.BEAT
+    ]
     await run(dut, [255, 3, 300, 0, 513, 1], dma.Latency(1, 1), some=split)
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.raster_core import subtile_blender as golden
 from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.stream import cycle, reset, rng, start_clock
@@ -13,8 +14,8 @@ from tb.raster_core.scenes import record_words, scene, walls
 TOP = "gs_subtile_blender"
 SLOW = True
 SLOT_W = (params.CHUNK - 1).bit_length()
-FEATURE_W = params.GEOMETRY_W + 3 * params.COLOUR_W
-WORD_W = params.LANES * scu.STATE_W
+FEATURE_W = BUILD.geometry_w + 3 * BUILD.colour_w
+WORD_W = params.LANES * scu.state_w(BUILD)
 UNITS = params.UNITS
 
 
@@ -66,7 +67,7 @@ class Bench:
         """One tile; batches: (Gaussians of the slots, lists [GROUPS][UNITS] of slots). The cycle of resolve_start."""
         dut = self.dut
         state = np.empty((params.SUBTILES, 4, scu.PIXELS), np.int32)
-        golden.fresh_tile(state, x0, y0, *self.size)
+        golden.fresh_tile(BUILD, state, x0, y0, *self.size)
         held, timed = np.full(UNITS, golden.NONE, np.int64), np.full(UNITS, golden.NONE, np.int64)
         known_done = np.zeros(params.SUBTILES, np.bool_)
         blends = 0
@@ -86,7 +87,7 @@ class Bench:
                     hits = np.array([slots[slot] for slot in one], np.int64)
                     subtile = group * UNITS + unit
                     worked, blended = golden.blend_subtile(
-                        state, subtile, x0, y0, hits, *self.columns, held, known_done
+                        BUILD, state, subtile, x0, y0, hits, *self.columns, held, known_done
                     )
                     counts.append(worked)
                     blends += blended
@@ -121,11 +122,13 @@ class Bench:
                     lanes = slice(beat * params.LANES, (beat + 1) * params.LANES)
                     if touched >> unit * params.GROUPS + group & 1:
                         word = int(words[unit * WORD_W + WORD_W - 1 : unit * WORD_W])
-                        t, acc, done = (field[..., : params.LANES] for field in scu.unpack([word] * params.BEATS))
+                        t, acc, done = (
+                            field[..., : params.LANES] for field in scu.unpack(BUILD, [word] * params.BEATS)
+                        )
                         live = ~dead[subtile, lanes]
                         np.testing.assert_array_equal(t[live], state[subtile, 0, lanes][live])
                         np.testing.assert_array_equal(acc[:, live], state[subtile, 1:, lanes][:, live])
-                        stopped = state[subtile, 0, lanes] < params.T_STOP
+                        stopped = state[subtile, 0, lanes] < BUILD.t_stop
                         np.testing.assert_array_equal(done.astype(bool), stopped)
                     else:
                         assert (state[subtile, 1:, lanes] == 0).all()

@@ -7,6 +7,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD, COLOUR_LIMIT
 from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.footprints import COLOUR_MAX, gaussians
 from tb.lib.pipe import unknown
@@ -85,21 +86,21 @@ class Bench:
             if op["swap"]:
                 low, held = op["group"] * params.BEATS, self.group * params.BEATS
                 if op["store"]:
-                    words = scu.pack(*self.state)
+                    words = scu.pack(BUILD, *self.state)
                     writes += [(at + scu.BLEND_STAGE + k, held + k, words[k]) for k in beats]
                     buffer |= {held + k: words[k] for k in beats}
                 full = int(self.state[2].all()) if op["store"] else None
                 sats.append((at + scu.LATENCY, op["store"], self.group, full))
                 if op["fresh"]:
-                    self.state = scu.fresh(op["cols"], op["rows"])
+                    self.state = scu.fresh(BUILD, op["cols"], op["rows"])
                 else:
                     reads += [(at + scu.BLEND_STAGE - 1 + k, low + k) for k in beats]
-                    self.state = scu.unpack([buffer[low + k] for k in beats])
+                    self.state = scu.unpack(BUILD, [buffer[low + k] for k in beats])
                 self.group = op["group"]
             else:
                 row = np.array([[op[name] for name in BLEND]], np.int64)
                 trace = np.zeros(1, np.uint64)
-                scu.blend_subtile(*self.state, op["x0"], op["y0"], row, trace)
+                scu.blend_subtile(BUILD, *self.state, op["x0"], op["y0"], row, trace)
                 mask = (1 << params.LANES) - 1
                 traces += [(at + scu.BLEND_STAGE + k, (int(trace[0]) >> (params.LANES * k)) & mask) for k in beats]
         return reads, writes, sats, traces
@@ -133,14 +134,14 @@ async def bench(dut, *names, stall: str = "none") -> Bench:
 
 
 def any_state(generator) -> list[int]:
-    """A subtile's words: T from 1 to T_ONE, sums of colours up to COLOUR_MAX for the rest of it, some pixels done."""
-    t, acc, done = scu.fresh()
+    """A subtile's words: T from 1 to 1.0, sums of colours up to COLOUR_MAX for the rest of it, some pixels done."""
+    t, acc, done = scu.fresh(BUILD)
     for at in range(scu.PIXELS):
-        t[at] = min(int(2 ** generator.uniform(0, params.T_F + 0.1)), scu.T_ONE)
-        top = int(params.COLOUR_MAX * (scu.T_ONE - int(t[at]))) << (params.ACC_F - params.T_F)
+        t[at] = min(int(2 ** generator.uniform(0, BUILD.t_f + 0.1)), (1 << BUILD.t_f))
+        top = int(COLOUR_LIMIT * ((1 << BUILD.t_f) - int(t[at]))) << (BUILD.acc_f - BUILD.t_f)
         acc[:, at] = [generator.randint(0, top) for _ in range(3)]
         done[at] = generator.random() < 0.2
-    return scu.pack(t, acc, done)
+    return scu.pack(BUILD, t, acc, done)
 
 
 def session(generator, kind: str, blends: int, seed: int) -> list[dict]:
@@ -199,8 +200,8 @@ async def test_ready_again_four_cycles_later_and_at_once_when_idle(dut):
 async def test_a_thousand_faint_layers(dut):
     """Hard case D-S02, and the cycle formula."""
     one = await bench(dut, "faint")
-    opacity = params.CUT >> (params.POWER_F - params.OPACITY_F)
-    faint = [*(c << params.MEAN_F for c in ORIGIN), 0, 0, 0, opacity]
+    opacity = BUILD.cut >> (BUILD.power_f - BUILD.opacity_f)
+    faint = [*(c << BUILD.mean_f for c in ORIGIN), 0, 0, 0, opacity]
     ops = [swap(0, store=0, fresh=1)]
     ops += [blend([*faint, *[1023 if n < 500 else 0] * 3]) for n in range(1000)] + [swap(1)]
     _, _, sats, traces = await one.check(ops)
@@ -215,8 +216,8 @@ async def test_stop_rule_clamp_and_dead_pixels(dut):
     ops = [swap(0, store=0, fresh=1, cols=5, rows=7)]
     for opacity in (0, 1, 118, 119, 120, 8192):  # around the clamp at 0.99, and one half
         row = [
-            ORIGIN[0] + 4 << params.MEAN_F,
-            ORIGIN[1] + 4 << params.MEAN_F,
+            ORIGIN[0] + 4 << BUILD.mean_f,
+            ORIGIN[1] + 4 << BUILD.mean_f,
             2000,
             3,
             2000,
@@ -236,13 +237,13 @@ async def test_stop_rule_clamp_and_dead_pixels(dut):
 async def test_one_open_pixel_is_not_saturated(dut):
     one = await bench(dut, "open")
     for at in (0, 15, 16, 37, 63):
-        t, acc, done = scu.fresh()
+        t, acc, done = scu.fresh(BUILD)
         done[:] = 1
-        full = scu.pack(t, acc, done)
+        full = scu.pack(BUILD, t, acc, done)
         done[at] = 0
-        one.buffer |= dict(enumerate(scu.pack(t, acc, done))) | {4 + k: word for k, word in enumerate(full)}
+        one.buffer |= dict(enumerate(scu.pack(BUILD, t, acc, done))) | {4 + k: word for k, word in enumerate(full)}
         one.forget()
-        one.group, one.state = int(dut.held_q.value), one.state or scu.fresh()
+        one.group, one.state = int(dut.held_q.value), one.state or scu.fresh(BUILD)
         _, _, sats, _ = await one.check([swap(0, store=0), swap(1), swap(2), swap(3, store=0)])
         assert [sat[3] for sat in sats] == [None, 0, 1, None]
 

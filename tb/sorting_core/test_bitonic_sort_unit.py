@@ -5,6 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.formats import BUILD
 from golden.sorting_core import bitonic_sort_unit as golden
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, cycle, reset, rng, stall_pairs, start_clock
 from tb.sorting_core import beats, entries, send_at
@@ -14,7 +15,7 @@ SLOW = True
 PARAMETERS = [{"NETWORK": golden.RING}, {"NETWORK": golden.BITONIC}]
 FIELDS = ("entry", "last")
 N = params.SORT_N
-ONES = (1 << params.ENTRY_W) - 1
+ONES = (1 << BUILD.entry_w) - 1
 
 
 class Bench:

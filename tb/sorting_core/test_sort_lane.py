@@ -4,6 +4,7 @@ import cocotb
 import numpy as np
 
 from golden import dma, records
+from golden.formats import BUILD
 from golden.sorting_core import sort_lane, sort_sequencer
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Sink, Source, reset, rng, start_clock
@@ -18,7 +19,7 @@ INCOMING = (0, 1, 255, 256, 257, 700, 1500)
 
 def region(memory: bytearray, number: int, n: int) -> np.ndarray:
     part = memory[number * REGION : number * REGION + 6 * n]
-    return records.entries_from_bytes(np.frombuffer(bytes(part), np.uint8))
+    return records.entries_from_bytes(BUILD, np.frombuffer(bytes(part), np.uint8))
 
 
 async def bench(dut, latency=dma.LATENCY, stall="none"):
@@ -35,7 +36,7 @@ async def sort(dut, memory, job, done, table, incoming, first):
     """One job; returns (its cycles, the new table)."""
     memory[:] = bytes(SIZE)
     for number, words in ((0, table), (1, incoming)):
-        memory[number * REGION : number * REGION + 6 * len(words)] = records.entry_bytes(words).tobytes()
+        memory[number * REGION : number * REGION + 6 * len(words)] = records.entry_bytes(BUILD, words).tobytes()
     count = len(done.beats)
     job.send([(0, len(table), REGION, len(incoming), 2 * REGION, 3 * REGION, first)])
     await done.wait(count + 1)
@@ -57,7 +58,7 @@ async def test_tables_and_cycles_equal_golden(dut, in_n, latency):
     for table_n, first in ((0, 256), (1, 128), (300, 128), (1000, 256)):
         table, incoming = lists(random, table_n, in_n)
         cycles, got = await sort(dut, memory, job, done, table, incoming, first)
-        want_cycles, want = sort_lane.job(table, incoming, first, latency)
+        want_cycles, want = sort_lane.job(BUILD, table, incoming, first, latency)
         assert np.array_equal(want, sort_sequencer.sort(table, incoming, first))
         assert np.array_equal(got, want)
         assert cycles == want_cycles, (table_n, in_n)
@@ -80,7 +81,7 @@ async def test_a_table_of_invalid_entries_becomes_empty(dut):
     memory, _, job, done = await bench(dut)
     table = np.arange(300) | records.INVALID
     cycles, got = await sort(dut, memory, job, done, table, np.zeros(0, np.int64), 256)
-    assert len(got) == 0 and cycles == sort_lane.job(table, np.zeros(0, np.int64))[0]
+    assert len(got) == 0 and cycles == sort_lane.job(BUILD, table, np.zeros(0, np.int64))[0]
 
 
 @cocotb.test()

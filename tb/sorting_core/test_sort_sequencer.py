@@ -2,7 +2,7 @@
 
 import cocotb
 
-from golden import params
+from golden.formats import BUILD
 from golden.sorting_core import sort_sequencer
 from golden.sorting_core.sort_sequencer import INCOMING, OUT, SCRATCH, TABLE
 from tb.lib.stream import Monitor, Sink, Source, reset, rng, stall_pairs, start_clock
@@ -41,7 +41,7 @@ class Units:
         want = [c for table_n, in_n, first in jobs for c in sort_sequencer.commands(table_n, in_n, first)]
 
         def at(region, entry):
-            return BASE[region] + params.ENTRY_BYTES * entry & 0xFFFFFFFF
+            return BASE[region] + BUILD.entry_bytes * entry & 0xFFFFFFFF
 
         assert self.a.beats == [(at(c.a, c.a_from), c.a_n) for c in want]
         assert [n for _, n in self.b.beats] == [c.b_n for c in want]

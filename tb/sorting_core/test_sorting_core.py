@@ -7,6 +7,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
+from golden.records import INVALID
 from golden.sorting_core import bitonic_sort_unit
 from golden.sorting_core import sorting_core as golden
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, cycle, reset, rng, stall_pairs, start_clock
@@ -86,7 +87,7 @@ def table(n, kind, *names):
     elif kind == "equal":
         words[:] = 7 << 24
     elif kind == "invalid":
-        words |= 1 << (params.ENTRY_W - 1)
+        words |= INVALID
     return words
 
 
@@ -157,7 +158,7 @@ async def test_merge_crosses_the_borders_of_chunks(dut):
     for b in (np.arange(250, 900, 7), np.array([0, 9000]), np.full(300, 256)):
         bench.send(a, b)
     invalid = a.copy()
-    invalid[:256] |= 1 << (params.ENTRY_W - 1)
+    invalid[:256] |= INVALID
     bench.send(invalid, np.arange(5))
     await bench.board.finish()
 

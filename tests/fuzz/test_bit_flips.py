@@ -9,8 +9,9 @@ import pytest
 
 from golden import params
 from golden.cosim.compare import Cosim
+from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer
-from golden.records import INDEX_MASK, INVALID, KEY_MASK, indices_of
+from golden.records import INDEX_MASK, INVALID, entries_of, indices_of
 from golden.settings import Settings
 from golden.tables import Lists
 from tests.fuzz.rtl import Bound
@@ -18,6 +19,7 @@ from tests.hard_cases.setting import camera_a, yaw
 from tests.hard_cases.test_tables import check_invariants, crowd
 
 N = 3000
+KEY_MASK = (1 << REFERENCE.key_w) - 1
 AT_REST = camera_a()
 
 
@@ -135,7 +137,7 @@ def test_any_bits_flip_while_the_camera_moves(late):
         check_invariants(frame)
         damaged += frame.counters["damaged_tiles"]
         at = rng.integers(0, frame.order.words.size, rng.integers(0, 8))
-        poke(renderer, at, 1 << rng.integers(0, params.ENTRY_W, len(at)))
+        poke(renderer, at, entries_of(REFERENCE, 1 << rng.integers(0, REFERENCE.entry_w, len(at))))
     assert damaged
     longest = int(renderer.written.lengths.max())
     for _ in range(-(-2 * longest // params.CHUNK) + 2):  # one more until the keys are those of the resting camera
@@ -154,5 +156,5 @@ def test_rtl_and_golden_go_the_same_way_from_damaged_tables():
         assert pair.frame(k).difference is None
         assert np.array_equal(pair.tables.words, pair.renderer.written.words)
         at = rng.integers(0, pair.tables.words.size, 30)
-        poke(pair.renderer, at, 1 << rng.integers(0, params.ENTRY_W, len(at)))
+        poke(pair.renderer, at, entries_of(REFERENCE, 1 << rng.integers(0, REFERENCE.entry_w, len(at))))
         pair.tables = Lists(pair.tables.offsets, pair.renderer.written.words.copy())

@@ -73,7 +73,7 @@ def parts(frame: Frame, truth: np.ndarray, background: tuple) -> dict:
     size = frame.camera.width, frame.camera.height
     tables = frame.order.offsets, indices_of(frame.order.words), params.TILE
     exact = oracle.render(frame.projection, frame.camera, background, tables=tables)
-    given = oracle.render_injected(frame.features, frame.projection, tables, *size, background)
+    given = oracle.render_injected(frame.formats, frame.features, frame.projection, tables, *size, background)
     image = frame.image.astype(np.float64)
     return {"order": _lsb(exact - truth), "decisions": _lsb(image - exact), "arithmetic": _lsb(image - given)}
 
