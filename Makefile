@@ -9,7 +9,7 @@ SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build
 STUDY  := "builtin:room?n=20000" --path orbit --frames 6 --size 384x256
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: help setup lint test test-fast formal sim bench accuracy synth params docs clean
+.PHONY: help setup lint test test-fast rtl-settings formal sim bench accuracy synth params docs clean
 .DELETE_ON_ERROR:
 
 help: ## print the targets
@@ -25,6 +25,10 @@ test: $(DEV) ## all tests: golden model, RTL, lint, proofs
 
 test-fast: $(DEV) ## the tests that take two minutes together
 	$(PYTEST) -m "not slow"
+
+rtl-settings: $(DEV) ## every bench with the number formats small and wide; an hour
+	$(BIN)/python -m tests.builds --setting small
+	$(BIN)/python -m tests.builds --setting wide
 
 formal: $(DEV) ## prove that every output stream holds its beat until it moves
 	$(PYTEST) tests/test_formal.py

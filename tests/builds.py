@@ -1,6 +1,7 @@
 """Builds and runs the benches: every tb/**/test_*.py with TOP, and optionally PARAMETERS, SIMULATORS and SLOW.
 
-python -m tests.builds tb.common.test_skid [--sim icarus] [--set WIDTH=8] [--test NAME] [--waves]
+python -m tests.builds tb.common.test_skid [--sim icarus] [--set WIDTH=8] [--test NAME] [--waves] [--setting small]
+python -m tests.builds --setting small        # all of them
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ import os
 import re
 import shutil
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
-from golden import toolchain
+from golden import formats, params, toolchain
 from golden.errors import InputError
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,6 +42,8 @@ class Bench:
     simulators: tuple[str, ...] = SIMULATORS
     slow: bool = False
     files: tuple[Path, ...] = ()  # instead of the sources of `top`: its gates
+    setting: str = "reference"  # of the number formats, formats.PRESETS
+    few: bool = False  # two pairs of stalls in place of all (tb/lib/stream.py)
 
     @property
     def label(self) -> str:
@@ -91,6 +94,18 @@ def discover() -> list[Bench]:
     return [one for path in paths for one in load(".".join(path.relative_to(ROOT).with_suffix("").parts))]
 
 
+def includes(setting: str) -> list[Path]:
+    """Folders of the include files: in front of rtl/ the one that holds the header of a setting that is not its own."""
+    if setting == "reference":
+        return [ROOT / "rtl"]
+    folder = ROOT / "build" / "header" / setting
+    header, text = folder / "gs_params.vh", params.verilog_header(formats.make(**formats.PRESETS[setting]))
+    if not header.exists() or header.read_text() != text:
+        folder.mkdir(parents=True, exist_ok=True)
+        header.write_text(text)
+    return [folder, ROOT / "rtl"]
+
+
 def keep_runtime(folder: Path, kept: Path) -> None:
     """Copy the objects of Verilator's runtime out of a build: compiling them is most of the time of a small one."""
     if not kept.exists():
@@ -110,7 +125,7 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
 
     os.environ.update(toolchain.environment())
     seed = os.environ.setdefault("SEED", "1")
-    folder = BUILD / simulator / bench.bench / bench.label
+    folder = BUILD / bench.setting / simulator / bench.bench / bench.label
     folder.mkdir(parents=True, exist_ok=True)
     results = folder / "results.xml"
     results.unlink(missing_ok=True)
@@ -126,7 +141,7 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
         runner.build(
             sources=bench.files or sources(bench.top),
             hdl_toplevel=bench.top,
-            includes=[ROOT / "rtl"],
+            includes=includes(bench.setting),
             parameters=bench.parameters,
             build_args=build_args,
             build_dir=folder,
@@ -145,6 +160,7 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
             results_xml=str(results),
             testcase=test,
             seed=int(seed),
+            extra_env={formats.VARIABLE: bench.setting, "STALLS": "few" if bench.few else "all"},
             plusargs=[f"+verilator+seed+{seed}", "+verilator+rand+reset+2"] if simulator == "verilator" else [],
             waves=waves,
             log_file=log_file,
@@ -153,7 +169,8 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
         failed = error
     count, failures = get_results(results) if results.exists() else (0, 0)
     if failed is not None or failures or not count:
-        text = f"{bench.bench} {bench.label} {simulator} SEED={seed}: {failures} of {count} tests failed ({failed})"
+        name = f"{bench.bench} {bench.label} {bench.setting} {simulator} SEED={seed}"
+        text = f"{name}: {failures} of {count} tests failed ({failed})"
         name = "log.txt" if results.exists() else "build.txt"
         if log and (folder / name).exists():
             lines = (folder / name).read_text().splitlines()
@@ -164,24 +181,29 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.builds", description="Run one bench.")
-    parser.add_argument("bench", help="its module, as in tb.common.test_skid")
+    parser = argparse.ArgumentParser(prog="python -m tests.builds", description="Run benches.")
+    parser.add_argument("bench", nargs="?", help="its module, as in tb.common.test_skid; all of them without it")
+    parser.add_argument("--setting", choices=formats.PRESETS, default="reference", help="number formats of the build")
+    parser.add_argument("--few", action="store_true", help="two pairs of stalls in place of all")
     parser.add_argument("--sim", choices=SIMULATORS, default="verilator")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="replaces PARAMETERS")
     parser.add_argument("--test", help="run the tests whose name ends so")
     parser.add_argument("--waves", action="store_true", help="write a waveform into build/tb/")
     args = parser.parse_args()
-    try:
-        builds = load(args.bench)
-        if args.set:
-            parameters = {name: int(value, 0) for name, value in (pair.split("=") for pair in args.set)}
-            builds = [Bench(builds[0].top, args.bench, parameters)]
-        for one in builds:
-            print(f"{one.bench} {one.label}: {run(one, args.sim, args.test, args.waves, log=False)} tests passed")
-    except (AssertionError, InputError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+    builds = load(args.bench) if args.bench else discover()
+    if args.set:
+        parameters = {name: int(value, 0) for name, value in (pair.split("=") for pair in args.set)}
+        builds = [replace(builds[0], parameters=parameters)]
+    failed = 0
+    for one in builds:
+        one = replace(one, setting=args.setting, few=args.few)
+        try:
+            count = run(one, args.sim, args.test, args.waves, log=not args.bench)
+            print(f"{one.bench} {one.label} {one.setting}: {count} tests passed", flush=True)
+        except (AssertionError, InputError) as error:
+            print(error, file=sys.stderr, flush=True)
+            failed += 1
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

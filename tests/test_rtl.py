@@ -1,10 +1,23 @@
-"""Every bench, with each of its parameter sets, on each simulator that is installed."""
+"""Every bench, with each of its parameter sets, on each simulator that is installed; some with other number formats."""
 
 import shutil
+from dataclasses import replace
 
 import pytest
 
 from tests import builds
+
+# What a setting changes: entries and records in memory, arithmetic, the whole. `make rtl-settings` runs every bench.
+AT_SETTINGS = (
+    "tb.common.test_axi_list_reader",
+    "tb.common.test_axi_block_writer",
+    "tb.common.test_axi_record_reader",
+    "tb.raster_core.test_group_finder",
+    "tb.raster_core.test_subtile_compute_unit",
+    "tb.raster_core.test_pixel_resolver",
+    "tb.sorting_core.test_sorting_core",
+    "tb.test_slice",
+)
 
 
 def cases():
@@ -19,6 +32,14 @@ def test_bench(bench, simulator):
     if simulator == "icarus" and shutil.which("iverilog") is None:
         pytest.skip("iverilog is not installed (optional four-state run)")
     assert builds.run(bench, simulator) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("setting", ["small", "wide"])
+@pytest.mark.parametrize("bench", AT_SETTINGS)
+def test_bench_at_setting(bench, setting):
+    """Its first parameter set, under few stalls."""
+    assert builds.run(replace(builds.load(bench)[0], setting=setting, few=True)) > 0
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@
 
 module gs_exp2_unit #(
     parameter POWER_F  = `GS_POWER_F,       // fraction bits of p
+    parameter POWER_W  = `GS_POWER_W,       // bits of p, and one that is not needed here
     parameter EXP_F    = `GS_EXP_F,         // fraction bits of the result
     parameter SEGMENTS = `GS_EXP_SEGMENTS,  // lines over p's fraction, a power of two
     parameter BASE_W   = `GS_EXP_BASE_W,
@@ -20,7 +21,7 @@ module gs_exp2_unit #(
     input  wire               clk,
 
     // in
-    input  wire [POWER_F+2:0] in_p,  // UQ3.POWER_F
+    input  wire [POWER_W-2:0] in_p,  // UQ.POWER_F
 
     // out
     output wire [EXP_F:0]     out_y  // UQ1.EXP_F
@@ -29,6 +30,17 @@ module gs_exp2_unit #(
     localparam SEGMENT_W = $clog2(SEGMENTS);
     localparam OFFSET_W  = POWER_F - SEGMENT_W;
     localparam PROD_W    = SLOPE_W + OFFSET_W;
+    localparam WHOLE_W   = POWER_W - 1 - POWER_F;
+    localparam [EXP_F+1:0] ONE = 1;
+
+    generate
+        if (SEGMENT_W < 1 || OFFSET_W < 1 || SEGMENTS != (1 << SEGMENT_W)) begin : g_segments_rule
+            SEGMENTS_must_be_a_power_of_two_below_that_of_POWER_F bad ();
+        end
+        if ((1 << WHOLE_W) > EXP_F + 1) begin : g_whole_rule
+            EXP_F_must_be_the_largest_shift_at_least bad ();
+        end
+    endgenerate
 
     // S1 drop
     wire [SEGMENT_W-1:0] in_segment = in_p[POWER_F-1:OFFSET_W];
@@ -37,18 +49,18 @@ module gs_exp2_unit #(
     wire [PROD_W-1:0]    in_prod    = {{OFFSET_W{1'b0}}, in_slope} * {{SLOPE_W{1'b0}}, in_offset};
     reg  [SEGMENT_W-1:0] s1_segment;
     reg  [SLOPE_W-1:0]   s1_drop;    // UQ0.EXP_F
-    reg  [2:0]           s1_whole;
+    reg  [WHOLE_W-1:0]   s1_whole;
     always @(posedge clk) begin
         s1_segment <= in_segment;
         s1_drop    <= in_prod[PROD_W-1:OFFSET_W];
-        s1_whole   <= in_p[POWER_F+2:POWER_F];
+        s1_whole   <= in_p[POWER_W-2:POWER_F];
     end
 
     // S2 shift: half of the last place is added in front of the shift, so one sum does
     wire [BASE_W-1:0] s1_base = BASE[s1_segment*BASE_W +: BASE_W];
-    wire [7:0]        s1_half = 8'd1 << s1_whole;
+    wire [EXP_F+1:0]  s1_half = ONE << s1_whole;
     wire [EXP_F:0]    s2_sum  = {{EXP_F+1-BASE_W{1'b0}}, s1_base} - {{EXP_F+1-SLOPE_W{1'b0}}, s1_drop}
-                              + {{EXP_F-6{1'b0}}, s1_half[7:1]};
+                              + s1_half[EXP_F+1:1];
     assign out_y = s2_sum >> s1_whole;
 
     wire unused_ok = &{1'b0, in_prod[OFFSET_W-1:0], s1_half[0]};

@@ -63,7 +63,7 @@ module gs_group_finder #(
     localparam BC_DROP  = CHOL_F - MID_F - 3;  // of 8b, 8c
     localparam EXTENT_W = CHOL_W + 6;          // 31a + 7|b|
     localparam HALF_W   = EXTENT_W - 1 - (CHOL_F - MID_F);
-    localparam LIMIT_W  = 2*NEAR_F + 4;        // SQ3.(2*NEAR_F)
+    localparam LIMIT_W  = 2*NEAR_F + 1 + OPACITY_W - OPACITY_F;  // .(2*NEAR_F), signed
     localparam BOUND_W  = LIMIT_W + POWER_F - 2*NEAR_F;
     localparam [HALF_W-1:0]  SLACK = 9;        // units of MID_F
     localparam [BOUND_W-1:0] BOUND = CUT + ITU_MARGIN;
@@ -73,6 +73,12 @@ module gs_group_finder #(
     generate
         if (TILE != 64 || SUBTILE != 8 || GROUPS != 16) begin : g_rule
             TILE_must_be_64_and_SUBTILE_8_and_GROUPS_16 bad ();
+        end
+        if (A_DROP < 0 || POWER_F < 2*NEAR_F) begin : g_fraction_rule
+            CHOL_F_must_be_13_at_least_and_POWER_F_8 bad ();
+        end
+        if (LIMIT_W < 2*NEAR_W || CUT + ITU_MARGIN >= (15 << POWER_F)) begin : g_cut_rule
+            CUT_must_be_below_15_and_OPACITY_have_3_integer_bits bad ();
         end
     endgenerate
 
@@ -212,7 +218,7 @@ module gs_group_finder #(
         end
     end
 
-    reg [LIMIT_W-1:0] s5_limit;  // SQ3.(2*NEAR_F)
+    reg [LIMIT_W-1:0] s5_limit;
     wire [BOUND_W-1:0] s3_bound = BOUND - ({{BOUND_W-OPACITY_W{1'b0}}, s3_opacity} << (POWER_F - OPACITY_F));
     always @(posedge clk) if (go[5]) s5_limit <= s3_bound[BOUND_W-1 -: LIMIT_W];
 
@@ -225,7 +231,7 @@ module gs_group_finder #(
             wire [STEP_W-1:0] c_first = (s3_c8 & {STEP_W{times[0]}}) + ((s3_c8 << 1) & {STEP_W{times[1]}});
             reg [STEP_W-1:0]    s4_v;
             reg [NEAR_W-1:0]    s5_dv;
-            reg signed [LIMIT_W:0] s6_rest;  // SQ4.(2*NEAR_F)
+            reg signed [LIMIT_W:0] s6_rest;
             always @(posedge clk) begin
                 s4_v    <= go[4] ? {s2_v[MID_W-1], s2_v} + c_first : s4_v + s3_c24;
                 s5_dv   <= near(s4_v, s4_half_v, !s4_rows[r]);
@@ -252,7 +258,7 @@ module gs_group_finder #(
     always @(posedge clk) s7_hits <= {s6_hit, s7_hits[6*ROWS-1:2*ROWS]};
     assign out_mask = s7_hits[GROUPS-1:0];
 
-    wire unused_sum_ok  = &{1'b0, s2_sum[DROP-1:0], s3_bound[BOUND_W-LIMIT_W-1:0]};
+    wire unused_sum_ok  = &{1'b0, s2_sum[DROP-1:0], s3_bound};
     wire unused_half_ok = &{1'b0, s3_wide[EXTENT_W-HALF_W-1:0], s3_high[EXTENT_W-HALF_W-1:0]};
     wire unused_ok      = &{1'b0, in_x0[TILE_W-1:0], in_y0[TILE_W-1:0], s7_hits[6*ROWS-1:GROUPS]};
 

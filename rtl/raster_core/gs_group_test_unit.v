@@ -22,7 +22,6 @@ module gs_group_test_unit #(
     parameter POWER_F    = `GS_POWER_F,
     parameter CUT        = `GS_CUT,
     parameter ITU_F      = `GS_ITU_F,
-    parameter ITU_W      = `GS_ITU_W,
     parameter ITU_MARGIN = `GS_ITU_MARGIN,
     parameter GEOMETRY_W = `GS_GEOMETRY_W,
     parameter PIXEL_W    = 13  // bits of a pixel coordinate
@@ -45,14 +44,17 @@ module gs_group_test_unit #(
 
     localparam SETUP   = 3;  // latency of gs_ellipse_setup
     localparam LATENCY = 9;
-    localparam LIMIT_W = 2*ITU_W;
-    localparam BOUND_W = LIMIT_W - 2*ITU_F + POWER_F;  // of the limit in front of its shift
+    localparam BOUND_W = 1 + OPACITY_W - OPACITY_F + POWER_F;  // of the limit in front of its shift
+    localparam LIMIT_W = BOUND_W + 2*ITU_F - POWER_F;
     localparam SPAN_W  = 2 + $clog2(SUBTILE);          // bits of a pixel column in a group
     localparam [BOUND_W-1:0] BOUND = CUT + ITU_MARGIN;
 
     generate
         if (UNITS != 4 || SUBTILE != 8) begin : g_rule
             UNITS_must_be_4_and_SUBTILE_8 bad ();
+        end
+        if (CUT + ITU_MARGIN >= (1 << (BOUND_W - 1))) begin : g_cut_rule
+            CUT_must_be_below_the_largest_OPACITY bad ();
         end
     endgenerate
 
@@ -81,7 +83,7 @@ module gs_group_test_unit #(
     wire [CHOL_W-1:0]    s_c       = s_foot[2*CHOL_W+1 +: CHOL_W];
     wire [OPACITY_W-1:0] s_opacity = s_foot[FOOT_W-1 -: OPACITY_W];
 
-    // U spread. The bound is that of the golden model, SQ3.(2*ITU_F).
+    // U spread. The bound is that of the golden model.
     reg               u_valid;
     reg [STEP_W-1:0]  u_v0;
     reg [CHOL_W-1:0]  u_a;

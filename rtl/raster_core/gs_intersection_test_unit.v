@@ -12,12 +12,14 @@
 `include "gs_params.vh"
 
 module gs_intersection_test_unit #(
-    parameter SUBTILE = `GS_SUBTILE,
-    parameter CHOL_W  = `GS_CHOL_W,
-    parameter STEP_F  = `GS_STEP_F,
-    parameter STEP_W  = `GS_STEP_W,
-    parameter ITU_F   = `GS_ITU_F,
-    parameter ITU_W   = `GS_ITU_W
+    parameter SUBTILE   = `GS_SUBTILE,
+    parameter CHOL_W    = `GS_CHOL_W,
+    parameter STEP_F    = `GS_STEP_F,
+    parameter STEP_W    = `GS_STEP_W,
+    parameter ITU_F     = `GS_ITU_F,
+    parameter ITU_W     = `GS_ITU_W,
+    parameter OPACITY_F = `GS_OPACITY_F,
+    parameter OPACITY_W = `GS_OPACITY_W
 ) (
     input  wire               clk,
     input  wire               rst,
@@ -29,19 +31,25 @@ module gs_intersection_test_unit #(
     input  wire [CHOL_W-1:0]  in_a,      // UQ1.STEP_F
     input  wire [CHOL_W:0]    in_b,      // SQ1.STEP_F
     input  wire [CHOL_W-1:0]  in_c,      // UQ1.STEP_F
-    input  wire [2*ITU_W-1:0] in_limit,  // SQ3.(2*ITU_F), bound() of the golden model
+    input  wire [2*ITU_F+OPACITY_W-OPACITY_F:0] in_limit,  // .(2*ITU_F), signed: bound() of the golden model
 
     // out: same order
     output wire               out_valid,
     output wire               out_hit
 );
 
-    localparam U_W  = STEP_W + 1;  // SQ9.STEP_F
-    localparam DROP = STEP_F - ITU_F;
+    localparam U_W     = STEP_W + 1;  // SQ9.STEP_F
+    localparam DROP    = STEP_F - ITU_F;
+    localparam LIMIT_W = 2*ITU_F + OPACITY_W - OPACITY_F + 1;
+    localparam REST_W  = LIMIT_W + 2;
+    localparam WIDER   = REST_W - 2*ITU_W;
 
     generate
         if (SUBTILE != 8) begin : g_rule
             SUBTILE_must_be_8 bad ();
+        end
+        if (WIDER < 2) begin : g_limit_rule
+            OPACITY_must_have_3_integer_bits_at_least bad ();
         end
     endgenerate
 
@@ -100,10 +108,10 @@ module gs_intersection_test_unit #(
     wire [8*U_W-1:0] s1_jc = {s1_c7, s1_c3 << 1, s1_c5, s1_c1 << 2, s1_c3, s1_c1 << 1, s1_c1, {U_W{1'b0}}};
 
     // The limit keeps pace with the rows.
-    reg [2*ITU_W-1:0] s1_limit;
-    reg [2*ITU_W-1:0] s2_limit;
-    reg [2*ITU_W-1:0] s3_limit;
-    reg [2*ITU_W-1:0] s4_limit;
+    reg [LIMIT_W-1:0] s1_limit;
+    reg [LIMIT_W-1:0] s2_limit;
+    reg [LIMIT_W-1:0] s3_limit;
+    reg [LIMIT_W-1:0] s4_limit;
     always @(posedge clk) begin
         s1_limit <= in_limit;
         s2_limit <= s1_limit;
@@ -144,9 +152,10 @@ module gs_intersection_test_unit #(
             end
 
             // S5 compare: limit - du^2 - v^2 is not negative
-            wire [2*ITU_W+1:0] s4_rest = {{2{s4_limit[2*ITU_W-1]}}, s4_limit} - {2'b00, s4_u2} - {2'b00, s4_v2};
-            assign s4_inside[j] = !s4_rest[2*ITU_W+1];
-            wire unused_row_ok = &{1'b0, s2_du[DROP-1:0], s2_dv[DROP-1:0], s4_rest[2*ITU_W:0]};
+            wire [REST_W-1:0] s4_rest = {{2{s4_limit[LIMIT_W-1]}}, s4_limit}
+                                      - {{WIDER{1'b0}}, s4_u2} - {{WIDER{1'b0}}, s4_v2};
+            assign s4_inside[j] = !s4_rest[REST_W-1];
+            wire unused_row_ok = &{1'b0, s2_du, s2_dv, s4_rest};
         end
     endgenerate
 

@@ -10,7 +10,7 @@
 //   S7         u of every lane; |v| -> UQ2.DIST_F                            exact; half_up, sat
 //   S8         |u| -> UQ2.DIST_F; v^2                                        half_up, sat; exact
 //   S9         u^2; v^2 + opacity                                            exact
-//   S10        p                                                             half_up, bits above 8 collected in one
+//   S10        p                                                             half_up, high bits collected in one
 
 `default_nettype none
 `include "gs_params.vh"
@@ -27,7 +27,8 @@ module gs_power_unit #(
     parameter STEP_W    = `GS_STEP_W,
     parameter DIST_F    = `GS_DIST_F,
     parameter DIST_W    = `GS_DIST_W,
-    parameter POWER_F   = `GS_POWER_F
+    parameter POWER_F   = `GS_POWER_F,
+    parameter POWER_W   = `GS_POWER_W  // of p: above its integer bits one that says "or more"
 ) (
     input  wire                         clk,
     input  wire                         rst,
@@ -44,7 +45,7 @@ module gs_power_unit #(
     input  wire [OPACITY_W-1:0]         in_opacity,  // UQ3.OPACITY_F
 
     // out: lane l is column l % 8 of the upper (l < 8) or lower row
-    output wire [LANES*(POWER_F+4)-1:0] out_p        // UQ4.POWER_F each; from 8 on the top bit is set and says no more
+    output wire [LANES*POWER_W-1:0]     out_p        // .POWER_F each; when the top bit is set, that is all
 );
 
     localparam U_W       = STEP_W + 1;                       // SQ9.STEP_F
@@ -58,13 +59,18 @@ module gs_power_unit #(
     localparam BIAS_W    = SQUARE_W + 1;                     // v^2 + opacity
     localparam E_W       = BIAS_W + 1;
     localparam E_DROP    = 2*DIST_F - POWER_F;
-    localparam P_W       = POWER_F + 4;
     localparam [BIAS_W-1:0]    HALF      = 1 << (E_DROP - 1);
     localparam [DIST_DROP-1:0] DIST_HALF = 1 << (DIST_DROP - 1);
 
     generate
         if (LANES != 16) begin : g_rule
             LANES_must_be_16 bad ();
+        end
+        if (DIST_DROP < 1 || E_DROP < 1) begin : g_narrow_rule
+            DIST_F_must_be_below_STEP_F_and_above_half_of_POWER_F bad ();
+        end
+        if (OPACITY_W > OPACITY_F + 4 || POWER_W > POWER_F + 5) begin : g_range_rule
+            OPACITY_and_POWER_must_have_4_integer_bits_at_most bad ();
         end
     endgenerate
 
@@ -202,14 +208,14 @@ module gs_power_unit #(
             reg  [DIST_W-1:0]   s8_u;    // UQ2.DIST_F
             reg  [SQUARE_W-1:0] s9_u2;   // UQ4.(2*DIST_F)
             wire [E_W-1:0]      s9_sum = {{E_W-SQUARE_W{1'b0}}, s9_u2} + {1'b0, s9_biases[ROW*BIAS_W +: BIAS_W]};
-            reg  [P_W-1:0]      s10_p;
+            reg  [POWER_W-1:0]      s10_p;
             always @(posedge clk) begin
                 s7_u  <= s6_u[ROW*U_W +: U_W] + {{U_W-A_W{1'b0}}, s6_ia[COL*A_W +: A_W]};
                 s8_u  <= distance(s7_u);
                 s9_u2 <= square(s8_u);
-                s10_p <= {|s9_sum[E_W-1:E_DROP+P_W-1], s9_sum[E_DROP +: P_W-1]};
+                s10_p <= {|s9_sum[E_W-1:E_DROP+POWER_W-1], s9_sum[E_DROP +: POWER_W-1]};
             end
-            assign out_p[l*P_W +: P_W] = s10_p;
+            assign out_p[l*POWER_W +: POWER_W] = s10_p;
             wire unused_ok = &{1'b0, s9_sum[E_DROP-1:0]};
         end
     endgenerate

@@ -33,6 +33,7 @@ module gs_subtile_compute_unit #(
     parameter DIST_F    = `GS_DIST_F,
     parameter DIST_W    = `GS_DIST_W,
     parameter POWER_F   = `GS_POWER_F,
+    parameter POWER_W   = `GS_POWER_W,
     parameter CUT       = `GS_CUT,
     parameter EXP_F     = `GS_EXP_F,
     parameter ALPHA_F   = `GS_ALPHA_F,
@@ -88,7 +89,6 @@ module gs_subtile_compute_unit #(
     localparam GROUP_W   = $clog2(GROUPS);
     localparam COLOURS_W = 3*COLOUR_W;
     localparam SWAP_W    = 3 + GROUP_W + 8;
-    localparam P_W       = POWER_F + 4;
     localparam T_W       = T_F + 1;
     localparam W_W       = T_F;                        // a weight is below 1
     localparam STATE_W   = T_W + 3*ACC_W + 1;
@@ -97,16 +97,20 @@ module gs_subtile_compute_unit #(
     localparam FULL_W    = ACC_W + ACC_DROP;
     // half_up(alpha * T) can be T only where T is no more than 1/2 / (1 - ALPHA_MAX), a number of so many bits
     localparam LOW_W     = $clog2((1 << (ALPHA_F - 1)) / ((1 << ALPHA_F) - ALPHA_MAX) + 1);
-    localparam [P_W-1:0]     CUT_P     = CUT[P_W-1:0];
+    localparam [POWER_W-1:0] CUT_P     = CUT[POWER_W-1:0];
     localparam [ALPHA_F-1:0] ALPHA_TOP = ALPHA_MAX[ALPHA_F-1:0];
+    localparam [EXP_F:0]     ALPHA_HALF = 1 << (EXP_F - ALPHA_F - 1);
     localparam [T_W-1:0]     T_END     = T_STOP[T_W-1:0];
 
     generate
-        if (SUBTILE != 8) begin : g_subtile_rule
-            SUBTILE_must_be_8 bad ();
+        if (SUBTILE != 8 || LANES != 16) begin : g_rule
+            SUBTILE_must_be_8_and_LANES_16 bad ();
         end
-        if (LANES != 16) begin : g_lanes_rule
-            LANES_must_be_16 bad ();
+        if (EXP_F <= ALPHA_F || ACC_DROP < 1) begin : g_narrow_rule
+            EXP_F_must_be_above_ALPHA_F_and_ACC_F_below_T_F_and_COLOUR_F_together bad ();
+        end
+        if (LOW_W >= T_F) begin : g_low_rule
+            T_F_must_hold_what_ALPHA_MAX_leaves bad ();
         end
     endgenerate
 
@@ -118,10 +122,11 @@ module gs_subtile_compute_unit #(
     always @(posedge clk) start_q <= rst ? 14'd0 : {start_q[13:1], take};
 
     // S1 to S10
-    wire [LANES*P_W-1:0] s10_ps;
+    wire [LANES*POWER_W-1:0] s10_ps;
     gs_power_unit #(
         .LANES(LANES), .MEAN_F(MEAN_F), .MEAN_W(MEAN_W), .CHOL_F(CHOL_F), .CHOL_W(CHOL_W), .OPACITY_F(OPACITY_F),
-        .OPACITY_W(OPACITY_W), .STEP_F(STEP_F), .STEP_W(STEP_W), .DIST_F(DIST_F), .DIST_W(DIST_W), .POWER_F(POWER_F)
+        .OPACITY_W(OPACITY_W), .STEP_F(STEP_F), .STEP_W(STEP_W), .DIST_F(DIST_F), .DIST_W(DIST_W), .POWER_F(POWER_F),
+        .POWER_W(POWER_W)
     ) u_power (
         .clk       (clk),
         .rst       (rst),
@@ -195,16 +200,16 @@ module gs_subtile_compute_unit #(
     generate
         for (l = 0; l < LANES; l = l + 1) begin : g_lane
             // S11, and alpha for S12
-            wire [P_W-1:0]     s10_p = s10_ps[l*P_W +: P_W];
+            wire [POWER_W-1:0] s10_p = s10_ps[l*POWER_W +: POWER_W];
             wire [EXP_F:0]     s11_y;     // UQ1.EXP_F
-            wire [EXP_F:0]     s11_rounded = s11_y + {{ALPHA_F+1{1'b0}}, 1'b1, {EXP_F-ALPHA_F-1{1'b0}}};
+            wire [EXP_F:0]     s11_rounded = s11_y + ALPHA_HALF;
             wire [ALPHA_F:0]   s11_alpha   = s11_rounded[EXP_F:EXP_F-ALPHA_F];
             reg                s11_keep;
             reg                s12_keep;
             reg  [ALPHA_F-1:0] s12_alpha;  // UQ0.ALPHA_F
-            gs_exp2_unit #(.POWER_F(POWER_F), .EXP_F(EXP_F)) u_exp2 (
+            gs_exp2_unit #(.POWER_F(POWER_F), .POWER_W(POWER_W), .EXP_F(EXP_F)) u_exp2 (
                 .clk  (clk),
-                .in_p (s10_p[P_W-2:0]),
+                .in_p (s10_p[POWER_W-2:0]),
                 .out_y(s11_y)
             );
             always @(posedge clk) begin

@@ -39,9 +39,9 @@ def rng(*names: object) -> random.Random:
 
 
 def stall_pairs(test: Callable) -> Callable:
-    """Run a test under every pair of stalls; the last sinks are ready only behind a cycle of valid (rule 3)."""
-    pairs = [(source, sink) for source in STALLS for sink in STALLS]
-    pairs += [("none", "after_valid"), ("random", "after_valid")]
+    """Run a test under pairs of stalls (STALLS=few: two); sinks last ready only behind a cycle of valid (rule 3)."""
+    every = [(a, b) for a in STALLS for b in STALLS] + [("none", "after_valid"), ("random", "after_valid")]
+    pairs = [("none", "none"), ("random", "random")] if os.environ.get("STALLS") == "few" else every
     named = [tuple(Param(value=stall, name=stall) for stall in pair) for pair in pairs]
     return cocotb.parametrize((("source_stall", "sink_stall"), named))(test)
 

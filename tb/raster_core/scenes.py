@@ -34,11 +34,12 @@ def scene(n: int, width: int, height: int, seed: int = 0, sigma: float = 3.0, op
 
 def walls(n: int) -> SimpleNamespace:
     """n opaque Gaussians that cover everything near the origin."""
+    step = 1 << (BUILD.chol_f - 6)
     return SimpleNamespace(
         mean=np.full((n, 2), 32 << BUILD.mean_f),
-        chol=np.tile([1 << 14, 0, 1 << 14], (n, 1)),
+        chol=np.tile([step, 0, step], (n, 1)),
         opacity=np.zeros(n, np.int64),
-        colour=np.full((n, 3), 512),
+        colour=np.full((n, 3), 1 << (BUILD.colour_f - 1)),
         key=np.arange(n),
     )
 

@@ -32,7 +32,7 @@ def ends(generator) -> tuple[int, ...]:
     a = generator.choice((0, 1, TOP_A))
     u0 = generator.choice((LOW, LOW + 1, -7 * a, -7 * a - 1, -1, 0, 1, HIGH)) + generator.choice((0, 24 * a))
     b = generator.choice((-TOP_A - 1, -TOP_A, -1, 0, 1, TOP_A))
-    limit = generator.choice((itu.bound(BUILD, 0), itu.bound(BUILD, 65535), -1, 0, 1))
+    limit = generator.choice((itu.bound(BUILD, 0), itu.bound(BUILD, (1 << BUILD.opacity_w) - 1), -1, 0, 1))
     return u0, generator.choice((LOW, -1, 0, 1, HIGH)), a, b, generator.choice((0, 1, TOP_A)), limit
 
 

@@ -13,7 +13,7 @@ from tb.lib.stream import STALLS, Monitor, Sink, cycle, reset, rng, start_clock
 TOP = "gs_pixel_resolver"
 SLOW = True
 SIZE = (130, 70)
-BACKGROUND = (100, 7680, 0)
+BACKGROUND = (100, BUILD.colour_max, 0)
 SIDE = 8
 WORD_W = params.LANES * scu.state_w(BUILD)
 FIELDS = ("data", "strb", "last", "rgb")
@@ -26,7 +26,8 @@ class Buffers:
         r = np.random.default_rng(seed)
         self.touched = r.random((SIDE, SIDE)) < 0.7
         self.t = r.integers(1, (1 << BUILD.t_f) + 1, (64, 64))
-        most = ((1 << BUILD.t_f) - self.t) * max(BACKGROUND) >> 8  # what the layers can have added
+        drop = BUILD.t_f + BUILD.colour_f - BUILD.acc_f
+        most = ((1 << BUILD.t_f) - self.t) * max(BACKGROUND) >> drop  # what the layers can have added
         self.acc = (r.random((3, 64, 64)) * most).astype(np.int64)
         noise = rng("noise", seed)
         self.words = {}

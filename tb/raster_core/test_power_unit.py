@@ -60,12 +60,12 @@ async def test_all_pixels_back_to_back(dut, kind):
 
 def next_to_saturation() -> list[tuple[int, ...]]:
     """u or v of the first pixel within some codes of -4 and 4, where |u| rounds to the end of UQ2.DIST_F."""
-    beats = []
+    beats, half = [], 1 << (BUILD.mean_f - 1)
     for near in range(-24, 25):
         step = (1 << BUILD.chol_f) + near
         for distance in (-4, 4):
-            x, y = (((at - distance) << BUILD.mean_f) + 512 for at in ORIGIN)
-            middle = ((ORIGIN[0] + 4) << BUILD.mean_f) + 512
+            x, y = (((at - distance) << BUILD.mean_f) + half for at in ORIGIN)
+            middle = ((ORIGIN[0] + 4) << BUILD.mean_f) + half
             beats += [(x, y, step, 0, 0, 0, *ORIGIN), (middle, y, 0, 0, step, 0, *ORIGIN)]
     return beats
 

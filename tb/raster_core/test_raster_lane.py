@@ -65,7 +65,7 @@ async def run(
     parts = [slice(a, b) for a, b in pairwise(offsets)]
     for t, part in enumerate(parts):
         at = TABLES + REGION * t
-        memory[at : at + 6 * lengths[t]] = records.entry_bytes(BUILD, words[part]).tobytes()
+        memory[at : at + BUILD.entry_bytes * lengths[t]] = records.entry_bytes(BUILD, words[part]).tobytes()
         start.send([(int(origins[t, 0]) // 64, int(origins[t, 1]) // 64, at // 8, lengths[t])])
     await done.wait(len(lengths), timeout_cycles=300_000)
 
@@ -73,7 +73,8 @@ async def run(
     assert [n for (n,) in done.beats] == lengths
     for t, part in enumerate(parts):
         at = TABLES + REGION * t
-        got = records.entries_from_bytes(BUILD, np.frombuffer(bytes(memory[at : at + 6 * lengths[t]]), np.uint8))
+        data = bytes(memory[at : at + BUILD.entry_bytes * lengths[t]])
+        got = records.entries_from_bytes(BUILD, np.frombuffer(data, np.uint8))
         assert np.array_equal(got, want.words_out[part]), t
     # The picture is what the last visit of each tile left.
     last = range(max(0, len(lengths) - 4), len(lengths))

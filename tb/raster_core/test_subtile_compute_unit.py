@@ -1,5 +1,6 @@
 """gs_subtile_compute_unit: pixels, traces and saturation reports, bit for bit and in the right cycle."""
 
+import math
 from dataclasses import dataclass, field
 
 import cocotb
@@ -202,8 +203,9 @@ async def test_a_thousand_faint_layers(dut):
     one = await bench(dut, "faint")
     opacity = BUILD.cut >> (BUILD.power_f - BUILD.opacity_f)
     faint = [*(c << BUILD.mean_f for c in ORIGIN), 0, 0, 0, opacity]
+    white = (1 << BUILD.colour_f) - 1
     ops = [swap(0, store=0, fresh=1)]
-    ops += [blend([*faint, *[1023 if n < 500 else 0] * 3]) for n in range(1000)] + [swap(1)]
+    ops += [blend([*faint, *[white if n < 500 else 0] * 3]) for n in range(1000)] + [swap(1)]
     _, _, sats, traces = await one.check(ops)
     assert all(mask == (1 << params.LANES) - 1 for _, mask in traces) and len(traces) == 4000
     assert sats[-1][0] - one.source.cycles[0] == scu.cycles(len(ops))
@@ -214,17 +216,19 @@ async def test_stop_rule_clamp_and_dead_pixels(dut):
     """Opaque and half opaque layers until all is done; then nothing blends; pixels outside the picture never do."""
     one = await bench(dut, "stop")
     ops = [swap(0, store=0, fresh=1, cols=5, rows=7)]
-    for opacity in (0, 1, 118, 119, 120, 8192):  # around the clamp at 0.99, and one half
+    one_pixel = 1 << BUILD.chol_f
+    clamp = round(-math.log2(0.99) * 2**BUILD.opacity_f)
+    for opacity in (0, 1, clamp - 1, clamp, clamp + 1, 1 << BUILD.opacity_f):  # around the clamp at 0.99, and one half
         row = [
             ORIGIN[0] + 4 << BUILD.mean_f,
             ORIGIN[1] + 4 << BUILD.mean_f,
-            2000,
+            one_pixel // 524,
             3,
-            2000,
+            one_pixel // 524,
             opacity,
             COLOUR_MAX,
             7,
-            1024,
+            1 << BUILD.colour_f,
         ]
         ops += [blend(row)] * 30 + [swap(1 + opacity % 7, fresh=1, cols=8, rows=8)]
     _, _, sats, traces = await one.check(ops)

@@ -12,13 +12,13 @@ from tb.lib.stream import Sink, Source, reset, rng, start_clock
 TOP = "gs_sort_lane"
 SLOW = True
 JOB = ("table_addr", "table_n", "in_addr", "in_n", "scratch_addr", "out_addr", "first")
-SIZE = 1 << 16
+SIZE = 1 << 17
 REGION = SIZE // 4
 INCOMING = (0, 1, 255, 256, 257, 700, 1500)
 
 
 def region(memory: bytearray, number: int, n: int) -> np.ndarray:
-    part = memory[number * REGION : number * REGION + 6 * n]
+    part = memory[number * REGION : number * REGION + BUILD.entry_bytes * n]
     return records.entries_from_bytes(BUILD, np.frombuffer(bytes(part), np.uint8))
 
 
@@ -36,7 +36,8 @@ async def sort(dut, memory, job, done, table, incoming, first):
     """One job; returns (its cycles, the new table)."""
     memory[:] = bytes(SIZE)
     for number, words in ((0, table), (1, incoming)):
-        memory[number * REGION : number * REGION + 6 * len(words)] = records.entry_bytes(BUILD, words).tobytes()
+        data = records.entry_bytes(BUILD, words).tobytes()
+        memory[number * REGION : number * REGION + len(data)] = data
     count = len(done.beats)
     job.send([(0, len(table), REGION, len(incoming), 2 * REGION, 3 * REGION, first)])
     await done.wait(count + 1)
