@@ -13,7 +13,7 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
-from golden import toolchain
+from golden import formats, toolchain
 from golden.errors import InputError
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -76,6 +76,7 @@ def library(quiet: bool = False) -> Path:
         runtime = Path(environment["PATH"].split(os.pathsep)[0]).parent / "include"
         # The harness waits for nothing: it is compiled beside the model.
         flags = [FAST, "-fPIC", "-std=gnu++17", f"-I{work}", f"-I{runtime}", f"-I{runtime / 'vltstd'}"]
+        flags.append(f"-DACC_W={formats.BUILD.acc_w}")
         harness = [COMPILER, *flags, "-c", str(HARNESS), "-o", "harness.o"]
         make = ["make", "-s", f"-j{JOBS}", "-f", f"V{TOP}.mk", f"OPT_FAST={FAST}", f"OPT_SLOW={SLOW}", "OPT_GLOBAL=-O1"]
         _run(harness, work, environment)

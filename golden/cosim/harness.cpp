@@ -18,7 +18,7 @@
 namespace {
 
 constexpr int CORES = 4;
-constexpr int ACC_W = 23;
+constexpr uint32_t RGB_WORDS = (12 * ACC_W + 31) / 32;  // ACC_W, the bits of an accumulator, is the compiler's argument
 constexpr int READS = 2 * CORES + 2;   // sort 0..3, insert 0..3, table, feature
 constexpr int WRITES = CORES + 2;      // sort 0..3, table, pixel
 enum Status { RUNNING, FINISHED, STUCK, FAULT };
@@ -340,7 +340,7 @@ struct Slice {
             for (int channel = 0; channel < 3; ++channel) {
                 uint32_t at = uint32_t(3 * k + channel) * ACC_W;
                 uint64_t wide = top->trace_px_rgb[at / 32];
-                if (at / 32 + 1 < 9) wide |= uint64_t(top->trace_px_rgb[at / 32 + 1]) << 32;
+                if (at / 32 + 1 < RGB_WORDS) wide |= uint64_t(top->trace_px_rgb[at / 32 + 1]) << 32;
                 value[((t.y + px_row) * width + x) * 3 + channel] = int32_t(wide >> at % 32 & ((1u << ACC_W) - 1));
             }
         }
