@@ -60,9 +60,9 @@ def walls(n: int = 3):
 
 
 def test_passes_are_golden_passes_one_behind_the_other():
-    for number, frame in enumerate(frames(track(4, 2.0), passes=3)):
+    for number, frame in enumerate(frames(track(4, 2.0), passes=2)):
         check_invariants(frame)
-        assert frame.firsts == tuple(sorting_core.first_length(3 * number + k) for k in range(3))
+        assert frame.firsts == tuple(sorting_core.first_length(2 * number + k) for k in range(2))
         for t in range(4):
             table = frame.table.tile(t)
             for first in frame.firsts[:-1]:
@@ -127,9 +127,10 @@ def test_behind_a_cut_nothing_is_predicted():
     renderer = Renderer(crowd(31, 3000), Settings(depth="predicted"))
     for camera in track(3, 2.0):
         renderer.frame(camera)
-    frame = renderer.frame(camera_a(rotation=yaw(90)))
+    frame = renderer.frame(camera_a(rotation=yaw(30)))
     assert frame.counters["full_frames"] == 1
     hit = frame.written.words < INVALID
+    assert hit.any()
     assert np.array_equal(frame.written.words[hit], frame.order.words[hit])
 
 

@@ -150,7 +150,7 @@ class Accelerator:
         fetch = record_cache.fetch(
             offsets, index, self.stored.place, at.features[this], h.record_stride,
             [self.order[core :: h.slices] for core in range(h.slices)], h.cache_kb, h.cache_shared,
-            self.formats.record_bytes, self.batch, fetched,
+            size=self.formats.record_bytes, batch=self.batch, fetched=fetched,
         )  # fmt: skip
         self.hit_rate = fetch.hit_rate
         heads = np.full(len(index), self.formats.record_bytes // dma.BEAT, np.int64)
@@ -202,7 +202,7 @@ class Accelerator:
         fetch = record_cache.fetch(
             behind[table.offsets], indices_of(valid), self.stored.place, self.at.features[self.number & 1],
             h.record_stride, [self.order[core :: h.slices] for core in range(h.slices)], h.cache_kb, h.cache_shared,
-            self.formats.record_bytes, self.settings.chunk,
+            size=self.formats.record_bytes, batch=self.settings.chunk,
         )  # fmt: skip
         return Keys(table.offsets, fetch.line_at[behind], fetch.lines)
 

@@ -42,10 +42,10 @@ def fetch(
     visits: list[np.ndarray],
     cache_kb: int = 0,
     shared: bool = False,
+    ways: int = WAYS,
     size: int = REFERENCE.record_bytes,
     batch: int = params.CHUNK,
     fetched: np.ndarray | None = None,
-    ways: int = WAYS,
 ) -> Fetch:
     """Lines of every entry that a core visits; entries of tiles that no core visits fetch nothing.
 
