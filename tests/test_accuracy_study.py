@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import random
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,8 @@ from golden.report import accuracy, sweep
 from golden.report.accuracy import answer, measure, plan, rows, simulators
 from golden.report.accuracy.plan import Choice, Knob
 
+ROOT = Path(__file__).parent.parent
+PUBLISHED = ROOT / "docs/accuracy/room"
 TINY = ["builtin:sparse?n=500", "--size", "64x64", "--frames", "2", "--no-simulators"]
 KEYS = {
     "key_bits", "key_kind", "entry_bytes", "depth", "passes", "chunk", "stop_threshold", "stop_rule", "refresh",
@@ -176,3 +181,23 @@ def test_more_units_or_bandwidth_is_no_cheaper_setting():
         made(knob="end", family="ends", ms_p50=0.1),
     ]  # fmt: skip
     assert dict(answer.targets(table))["40 dB"] is table[2]
+
+
+def published_words() -> list[str]:
+    """The command behind the published study, from the Makefile."""
+    line = re.search(r"^STUDY\s*:=\s*(.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    return shlex.split(line[1])
+
+
+def test_the_published_study_is_what_this_code_measures():
+    """Three points of it, chosen by SEED, to the last digit."""
+    args = cli.parser().parse_args(["accuracy", *published_words(), "-o", "x"])
+    table = rows.read(PUBLISHED / "accuracy.csv")
+    points = {(p.knob, p.value, p.machine): p for p in plan.points(plan.chosen(None))[0]}
+    common = json.dumps({name: getattr(args, name) for name in accuracy.COMMON})
+    head = accuracy.head(args, measure.study(common))
+    for row in random.Random(os.environ.get("SEED", "1")).sample(table, 3):
+        point = points[row["knob"], row["value"], row["machine"]]
+        (result,) = measure.measure(common, head["inputs_sha256"], point.sets, [point.config])
+        ours = {key: rows.text(value) for key, value in rows.row(head, point, result).items()}
+        assert ours == row, "run `make accuracy`"
