@@ -1,4 +1,7 @@
-"""Builds the slice as a shared library: Verilator, then the C++ compiler; kept in build/cosim by what it is made of."""
+"""Builds the slice as a shared library: Verilator, then the C++ compiler; kept in build/cosim by what it is made of.
+
+Every set of number formats is a library of its own, with a header of its own.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,9 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
-from golden import formats, toolchain
+from golden import params, toolchain
 from golden.errors import InputError
+from golden.formats import BUILD, Formats
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 TOP = "gs_slice"
@@ -37,11 +41,12 @@ def sources() -> list[Path]:
     return sorted(files[name] for name in found)
 
 
-def key() -> str:
+def key(formats: Formats) -> str:
     """Changes with anything that could change the library."""
     parts = hashlib.sha256()
-    for path in [*sources(), ROOT / "rtl" / "gs_params.vh", HARNESS, Path(__file__)]:
+    for path in [*sources(), HARNESS, Path(__file__)]:
         parts.update(path.name.encode() + b"\0" + path.read_bytes())
+    parts.update(params.verilog_header(formats).encode())
     parts.update(version("verilator").encode())
     return parts.hexdigest()[:16]
 
@@ -56,27 +61,28 @@ def _run(command: list[str], folder: Path, environment: dict[str, str]) -> None:
         raise InputError(f"building the RTL model failed in {command[0]}: {first} (all of it: {log})")
 
 
-def library(quiet: bool = False) -> Path:
-    """Path of the shared library, built when there is none for these sources; prints one line when it builds."""
-    folder = ROOT / "build" / "cosim" / key()
+def library(formats: Formats, quiet: bool = False) -> Path:
+    """Path of the shared library, built when there is none for these sources and formats; tells when it builds."""
+    folder = ROOT / "build" / "cosim" / key(formats)
     result = folder / "slice.so"
     if result.exists():
         return result
     environment = {**os.environ, **toolchain.environment()}
     if not quiet:
-        print("building the RTL model with Verilator, once for this version (about a minute) ...", file=sys.stderr)
+        print("building the RTL model with Verilator, once for these formats (about a minute) ...", file=sys.stderr)
     start = time.monotonic()
     work = folder.with_name(f"{folder.name}.{os.getpid()}")
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     try:
-        includes = [f"-I{ROOT / 'rtl'}", "--Mdir", str(work), "--prefix", f"V{TOP}", "--top-module", TOP]
+        (work / "gs_params.vh").write_text(params.verilog_header(formats))
+        includes = [f"-I{work}", "--Mdir", str(work), "--prefix", f"V{TOP}", "--top-module", TOP]
         rtl = [str(path) for path in sources()]
         _run(["verilator", *VERILATOR, *SPLIT, *includes, "-CFLAGS", "-fPIC", *rtl], work, environment)
         runtime = Path(environment["PATH"].split(os.pathsep)[0]).parent / "include"
         # The harness waits for nothing: it is compiled beside the model.
         flags = [FAST, "-fPIC", "-std=gnu++17", f"-I{work}", f"-I{runtime}", f"-I{runtime / 'vltstd'}"]
-        flags.append(f"-DACC_W={formats.BUILD.acc_w}")
+        flags.append(f"-DACC_W={formats.acc_w}")
         harness = [COMPILER, *flags, "-c", str(HARNESS), "-o", "harness.o"]
         make = ["make", "-s", f"-j{JOBS}", "-f", f"V{TOP}.mk", f"OPT_FAST={FAST}", f"OPT_SLOW={SLOW}", "OPT_GLOBAL=-O1"]
         _run(harness, work, environment)
@@ -96,6 +102,6 @@ def library(quiet: bool = False) -> Path:
 
 if __name__ == "__main__":
     try:
-        print(library())
+        print(library(BUILD))
     except InputError as error:
         sys.exit(f"splatcore: {error}")

@@ -54,8 +54,8 @@ class SliceFrame:
         return self.counters["cycles"]
 
 
-def _library() -> ctypes.CDLL:
-    library = ctypes.CDLL(str(build.library()))
+def _library(formats: Formats) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(build.library(formats)))
     pointer, i64, u64 = ctypes.c_void_p, ctypes.c_int64, ctypes.c_uint64
     for name, result, arguments in (
         ("new", pointer, (pointer, u64)),
@@ -98,7 +98,7 @@ class Slice:
         size: int = 1 << 20,
     ):
         self.formats = formats
-        self._library = _library()
+        self._library = _library(formats)
         self._slice = None
         self._timing = (*latency, stall, watchdog)
         self.memory = np.zeros(0, np.uint8)
