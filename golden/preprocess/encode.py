@@ -65,8 +65,8 @@ def encode(f: Formats, projection: Projection) -> Features:
 
 @numba.njit(inline="always", cache=True)
 def _code(x, fraction):
-    """x to a code of 2**-fraction, half_up."""
-    return math.floor(x * (1 << fraction) + 0.5)
+    """x to a code of 2**-fraction, half_up; still float64, so that no size of x wraps."""
+    return np.floor(x * (1 << fraction) + 0.5)
 
 
 @numba.njit(parallel=True, cache=True, error_model="numpy")
