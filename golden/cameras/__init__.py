@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 SIZES = {"hd": (1280, 720), "fhd": (1920, 1080), "qhd": (2560, 1440)}
-SIDE_MAX = 8192  # pixels
+SIDE_MAX = 8191  # pixels: a size is a register of 13 bits
 FRAME_MAX = 1_000_000
 View = builtin.View
 
