@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from golden.hard_cases.run import Run
 
-SECTIONS = ("projection", "intersection", "blending", "sorting", "merging", "tables")
+SECTIONS = ("projection", "intersection", "blending", "sorting", "merging", "tables", "extremes", "limits")
 
 
 @dataclass(frozen=True)
