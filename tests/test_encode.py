@@ -12,10 +12,11 @@ from mpmath import mp, mpf
 
 from golden import records
 from golden.formats import REFERENCE, record_offsets
+from golden.hard_cases import exact
 from golden.preprocess import encode, project
 from golden.raster_core.intersection_test_unit import bound
 from tests.hard_cases.setting import camera_a, gaussians
-from tests.test_preprocess import random_scene, reference, tilted
+from tests.test_preprocess import random_scene, tilted
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +32,7 @@ def test_codes_are_within_half_a_step_of_the_conic():
     scale = mpmath.log(mpmath.e, 2) / 2
     checks = 0
     for i in np.flatnonzero(f.visible):
-        r = reference(scene, i, camera)
+        r = exact.project(scene, int(i), camera)
         conic = r.cov**-1
         a = mpmath.sqrt(scale * conic[0, 0])
         b = scale * conic[0, 1] / a
