@@ -9,6 +9,7 @@ import numpy as np
 from golden import oracle, params
 from golden.cameras import SIDE_MAX
 from golden.cameras.camera import Camera
+from golden.formats import COLOUR_LIMIT
 from golden.hard_cases.case import case
 from golden.hard_cases.run import Run, cycles, lsb
 from golden.hard_cases.setting import camera_a, crowd, gaussians, layers, merge
@@ -120,7 +121,7 @@ def x09(run: Run) -> None:
 
 @case("X10", "Colours of any size")
 def x10(run: Run) -> None:
-    top = params.COLOUR_MAX
+    top = COLOUR_LIMIT
     for size in (1e6, 1e18, 1e37):
         frame = run.frame(layers(3, 0.9, np.full(3, size)), camera_a())
         run.equal(f"{size:g}: clamped_colour", frame.counters["clamped_colour"], 3)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from golden import oracle, params
-from golden.formats import REFERENCE
 from golden.hard_cases.case import case
 from golden.hard_cases.pixels import bits_set, needed, one_a_tile
 from golden.hard_cases.run import Run, cycles, lsb
@@ -22,13 +21,13 @@ EMPTY_TILE = 1100  # cycles of a tile without an entry: 1,024 beats of pixels, a
     "I01", "Ellipse that ends exactly on a pixel centre", "raster_core/test_intersection_test_unit: the_limit_is_exact"
 )
 def i01(run: Run) -> None:
-    exact = encode(REFERENCE, ellipses((61.5, 32.5), (1, 0, 1), 0.3530083580))
+    exact = encode(run.formats, ellipses((61.5, 32.5), (1, 0, 1), 0.3530083580))
     missed = vain = wanted = 0
     for dx in (-1, 0, 1):
         for do in (-1, 0, 1):
             features = replace(exact, mean=exact.mean + np.int32([dx, 0]), opacity=exact.opacity + np.int32(do))
             frame = run.given(ellipses((61.5, 32.5), (1, 0, 1), 0.3530083580), features).frame(camera_a())
-            listed, need = frame.order.tile(1).size > 0, bool(needed(features, RIGHT)[0])
+            listed, need = frame.order.tile(1).size > 0, bool(needed(run.formats, features, RIGHT)[0])
             missed += need and not listed
             vain += listed and not need
             wanted += need
@@ -91,7 +90,7 @@ def i05(run: Run) -> None:
         camera, origins, pairs = one_a_tile(x.size)
         needles = ellipses(origins + np.stack([x, y], 1), cov, 0.8)
         frame = run.given(needles, pairs=pairs).frame(camera)
-        want = needed(frame.features, origins)
+        want = needed(run.formats, frame.features, origins)
         missed += bits_set(want & ~frame.raster.bitmaps)
         hits += bits_set(frame.raster.bitmaps)
         need += bits_set(want)
@@ -105,7 +104,7 @@ def i06(run: Run) -> None:
     sequence = run.sequence(scene)
     frame = sequence.frame(camera_a())
     origins = [(0, 0), (64, 0), (0, 64), (64, 64)]
-    run.equal("subtiles that need it", sum(bits_set(needed(frame.features, at)) for at in origins), 0)
+    run.equal("subtiles that need it", sum(bits_set(needed(run.formats, frame.features, at)) for at in origins), 0)
     run.equal("pixels drawn", int(np.count_nonzero(frame.raster.value)), 0)
     run.at_most("nearest pixels below the cut, relative", 1 - 0.0090 * 0.43460 * 255, 0.003)
     run.count("tiles that list it in vain, of 4", frame.order.words.size)
@@ -146,7 +145,8 @@ def i08(run: Run) -> None:
     run.at_most("cycles of an empty tile", (cycles(wide) - cycles(frame)) / 28, EMPTY_TILE)
     corner = run.frame(gaussians((0.5, 0.5, 2), scales=1e-3), camera_a(), background="0.25,0.5,1")
     run.equal("one splat: entries of each tile", corner.order.lengths.tolist(), [0, 0, 0, 1])
-    run.equal("one splat: subtiles hit", bits_set(corner.raster.bitmaps), bits_set(needed(corner.features, (64, 64))))
+    need = bits_set(needed(run.formats, corner.features, (64, 64)))
+    run.equal("one splat: subtiles hit", bits_set(corner.raster.bitmaps), need)
     others = np.ones((128, 128), bool)
     others[64:, 64:] = False
     run.equal("one splat: other tiles' values", np.unique(corner.raster.value[others], axis=0).tolist(), [background])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from golden import params, records, tables
+from golden import formats, params, records, tables
+from golden.formats import Formats
 from golden.frame import Renderer
 from golden.hard_cases.case import case
 from golden.hard_cases.run import Run
@@ -55,7 +56,7 @@ def x15(run: Run) -> None:
 
 @case("X16", "Depths one key code apart, and closer")
 def x16(run: Run) -> None:
-    step = 2.0**-params.KEY_M
+    step = 2.0 ** (formats.KEY_E - run.formats.key_bits)
     for z in (0.25, 2.0, 2.0**20):
         for name, apart, front in (("one code", step, 1.0), ("half a code", step / 2, 0.0)):
             scene = gaussians([(0, 0, z * (1 + apart)), (0, 0, z)], 50 * z, 0.99, [(0, 0, 0), (1, 1, 1)])
@@ -76,19 +77,19 @@ def x17(run: Run) -> None:
 
 @case("X18", "The last index and the largest key")
 def x18(run: Run) -> None:
-    last, top = (1 << params.INDEX_W) - 1, records.KEY_MASK
+    last, top = (1 << params.INDEX_W) - 1, (1 << run.formats.key_w) - 1
     table = np.sort(records.entries(np.array([top, top, 0, 5]), np.array([last, last - 1, last - 2, 0])))
     new = records.entries(np.array([top, top - 1]), np.array([last - 3, 1]))
     merged = tables.sort(Lists.join([table]), Lists.join([new]), params.CHUNK, tables.CHUNKS).words
     run.equal("keys in order", records.keys_of(merged).tolist(), [0, 5, top - 1, top, top, top])
     run.equal("indices", records.indices_of(merged).tolist(), [last - 2, 0, 1, last - 3, last - 1, last])
-    run.equal("read back from memory: entries that differ", int((_stored(merged) != merged).sum()), 0)
+    run.equal("read back from memory: entries that differ", int((_stored(run.formats, merged) != merged).sum()), 0)
     run.equal("the largest entry is below every invalid one", bool(merged[-1] < records.INVALID), True)
 
 
-def _stored(words: np.ndarray) -> np.ndarray:
+def _stored(f: Formats, words: np.ndarray) -> np.ndarray:
     """Entries as a memory gives them back."""
-    return records.entries_from_bytes(records.entry_bytes(words))
+    return records.entries_from_bytes(f, records.entry_bytes(f, words))
 
 
 @case(

@@ -6,7 +6,6 @@ import numpy as np
 
 from golden import params
 from golden.cameras.camera import Camera
-from golden.formats import REFERENCE
 from golden.hard_cases.pixels import one_a_tile
 from golden.hard_cases.run import Run, Sequence
 from golden.hard_cases.setting import ellipses
@@ -25,7 +24,7 @@ def sequence(
     """
     camera, _, _ = one_a_tile(len(tables), len(tables))
     given = ellipses(np.tile([0, 32.5], (len(keys), 1)), (1e9, 0, 0.3), 0.02)
-    features = encode(REFERENCE, given)
+    features = encode(run.formats, given)
     features.key[:] = keys
     lists = [np.asarray(table, np.int64) for table in tables]
     now = [_members(table, new) for table, new in zip(lists, arrivals)]

@@ -7,30 +7,28 @@ import numpy as np
 
 from golden import params
 from golden.cameras.camera import Camera
-from golden.formats import REFERENCE
+from golden.formats import Formats
 from golden.preprocess import Features, Pairs
 from golden.raster_core import power_unit
 
 
 @numba.njit(cache=True)
-def _needed(mean, chol, opacity, origins):
+def _needed(f, mean, chol, opacity, origins):
     bits = np.zeros(len(opacity), np.uint64)
     for n in range(len(opacity)):
         x0, y0 = origins[n]
         for s in range(params.SUBTILES):
             x, y = x0 + params.SUBTILE * (s & 7), y0 + params.SUBTILE * (s >> 3)
-            p = power_unit.powers(
-                REFERENCE, mean[n, 0], mean[n, 1], chol[n, 0], chol[n, 1], chol[n, 2], opacity[n], x, y
-            )
-            if p.min() <= REFERENCE.cut:
+            p = power_unit.powers(f, mean[n, 0], mean[n, 1], chol[n, 0], chol[n, 1], chol[n, 2], opacity[n], x, y)
+            if p.min() <= f.cut:
                 bits[n] |= np.uint64(1) << np.uint64(s)
     return bits
 
 
-def needed(features: Features, origins) -> np.ndarray:
+def needed(f: Formats, features: Features, origins) -> np.ndarray:
     """[N] uint64: bit 8*row + column of each subtile of the tile at origins [N, 2] in which a pixel is blended."""
     columns = (np.ascontiguousarray(a, np.int64) for a in (features.mean, features.chol, features.opacity))
-    return _needed(*columns, np.broadcast_to(np.asarray(origins, np.int64), (len(features.opacity), 2)))
+    return _needed(f, *columns, np.broadcast_to(np.asarray(origins, np.int64), (len(features.opacity), 2)))
 
 
 def bits_set(bitmaps: np.ndarray) -> int:

@@ -8,7 +8,6 @@ import numpy as np
 from golden import oracle
 from golden.cameras.camera import Camera
 from golden.errors import InputError
-from golden.formats import REFERENCE
 from golden.hard_cases import exact
 from golden.hard_cases.case import case
 from golden.hard_cases.run import Run, lsb
@@ -150,7 +149,7 @@ def p09(run: Run) -> None:
         scene = gaussians([(0.3, -0.2, 2)] * len(factors), (0.3, 0.1, 0.03), quats=factors[:, None] * np.array(q))
         p = project(scene, camera_a())
         same += int((p.cov2d[0] != p.cov2d[1]).sum())
-        chol = encode(REFERENCE, p).chol
+        chol = encode(run.formats, p).chol
         codes = max(codes, int(np.abs(chol - chol[0]).max()))
         error = max(error, exact.worst(p, scene, camera_a()))
     run.equal("factors 1 and -1: covariance entries that differ", same, 0)
@@ -192,7 +191,7 @@ def p11(run: Run) -> None:
 
 @case("P12", "Opacity around the cut")
 def p12(run: Run) -> None:
-    code = 2.0 ** (2.0**-REFERENCE.opacity_f)
+    code = 2.0 ** (2.0**-run.formats.opacity_f)
     stored = float(sigmoid(np.array([-np.log(254)], np.float32))[0])  # 1/255 as a float32 logit in a file
     opacities = np.array([0, LSB / code, LSB, LSB * code, 1, stored])
     x = np.array([10.5, 34.5, 58.5, 82.5, 110.5, 10.5])

@@ -9,7 +9,6 @@ from rich.progress import Progress
 
 from golden import metrics, oracle, params, slice
 from golden.cameras.camera import Camera
-from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, tiles_of
 from golden.hard_cases.case import Checks
 from golden.hard_cases.setting import gaussians
@@ -37,12 +36,12 @@ class Given(Renderer):
     ):
         """table: what the last frame wrote back."""
         super().__init__(gaussians(np.zeros((len(projection.visible), 3))), settings)
-        self.given = projection, features or encode(REFERENCE, projection), pairs
+        self.given = projection, features or encode(settings.formats(), projection), pairs
         self.table = table
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
         projection, features, pairs = self.given
-        return projection, features, pairs or duplicate(REFERENCE, features, camera.width, camera.height)
+        return projection, features, pairs or duplicate(self.settings.formats(), features, camera.width, camera.height)
 
     def frame(self, camera: Camera, cut: bool = False) -> Frame:
         if self.camera is None and self.table is not None:
@@ -76,6 +75,7 @@ class Run(Checks):
     def __init__(self, settings: Settings, rtl: bool = False):
         super().__init__()
         self.settings = settings
+        self.formats = settings.formats()
         self.rtl = rtl
         self.rtl_frames = self.rtl_cycles = self.rtl_differences = 0
 
@@ -112,7 +112,7 @@ class Run(Checks):
         tables = frame.order.offsets, indices_of(frame.order.words), params.TILE
         width, height = frame.camera.width, frame.camera.height
         injected = oracle.render_injected(
-            REFERENCE, frame.features, frame.projection, tables, width, height, background
+            frame.formats, frame.features, frame.projection, tables, width, height, background
         )
         own = oracle.render(frame.projection, frame.camera, background)
         self.at_most("arithmetic: LSB from the oracle with the same decisions", lsb(frame.image, injected), ARITHMETIC)
@@ -134,7 +134,7 @@ def lsb(image: np.ndarray, truth: np.ndarray) -> float:
 def cycles(frame: Frame) -> int:
     """Cycles that one slice takes for a frame, by the golden model's formulas."""
     lists = [(part.offsets, part.words) for part in (frame.table, frame.incoming)]
-    jobs, _ = slice.sort_jobs(REFERENCE, *lists, frame.firsts)
+    jobs, _ = slice.sort_jobs(frame.formats, *lists, frame.firsts)
     size = frame.camera.width, frame.camera.height
     order = frame.order.offsets, frame.order.words
-    return slice.frame_times(REFERENCE, jobs, order, frame.raster, tiles_of(*size), *size).cycles
+    return slice.frame_times(frame.formats, jobs, order, frame.raster, tiles_of(*size), *size).cycles

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from golden import params
-from golden.formats import REFERENCE
 from golden.hard_cases.case import case
 from golden.hard_cases.run import Run
 from golden.records import INDEX_MASK, INVALID, entries, indices_of, keys_of
@@ -13,7 +12,6 @@ from golden.sorting_core import bitonic_sort_unit as bsu
 
 NETWORKS = (("ring", bsu.ring), ("bitonic", bsu.bitonic))
 N = params.SORT_N
-KEY_MASK = (1 << REFERENCE.key_w) - 1
 
 
 @case("B01", "All 0/1 inputs", "sorting_core/test_bitonic_sweep: every_group_of_zeros_and_ones_is_sorted")
@@ -49,11 +47,12 @@ def b02(run: Run) -> None:
     "sorting_core/test_bitonic_sort_unit: entries_of_all_ones_are_not_padding",
 )
 def b03(run: Run) -> None:
-    keys = np.array([5, KEY_MASK, 1, KEY_MASK, 9])
+    top = (1 << run.formats.key_w) - 1
+    keys = np.array([5, top, 1, top, 9])
     group = entries(keys, np.array([4, INDEX_MASK, 8, INDEX_MASK - 1, 2]))
     out = bsu.sort_groups(group)
     run.equal("entries that come out of 5", out.size, 5)
-    run.equal("the last two are all ones", keys_of(out)[3:].tolist(), [KEY_MASK, KEY_MASK])
+    run.equal("the last two are all ones", keys_of(out)[3:].tolist(), [top, top])
     run.equal("the largest valid entry is below every invalid one", bool(out[-1] < INVALID), True)
 
 
@@ -64,7 +63,7 @@ def b03(run: Run) -> None:
 )
 def b04(run: Run) -> None:
     counts = [16, 3, 0, 1, 15, 16, 0, 0, 7]
-    top, strangers, unsorted, cycles = KEY_MASK, 0, 0, []
+    top, strangers, unsorted, cycles = (1 << run.formats.key_w) - 1, 0, 0, []
     for n in counts:
         group = entries(np.arange(top, top - n, -1), np.arange(n))
         top -= n

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from golden import metrics, oracle, params
-from golden.formats import REFERENCE
 from golden.frame import Renderer
 from golden.hard_cases.case import case
 from golden.hard_cases.lists import sequence, valid
@@ -121,7 +120,7 @@ def t05(run: Run) -> None:
     for camera in cameras[:-1]:
         hidden, seen = both.frame(camera), alone.frame(camera)
     run.at_least(
-        "share of the pixels that the wall stops", (hidden.raster.transmittance < REFERENCE.t_stop).mean(), 0.2
+        "share of the pixels that the wall stops", (hidden.raster.transmittance < run.formats.t_stop).mean(), 0.2
     )
     both.renderer.gaussians = opened
     reveal, never = both.frame(cameras[-1]), alone.frame(cameras[-1])
