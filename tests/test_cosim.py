@@ -8,10 +8,11 @@ import json
 import numpy as np
 import pytest
 
-from golden import cli
+from golden import cli, formats
 from golden.cosim import compare
 from golden.errors import InputError
 from golden.records import INVALID
+from golden.settings import Settings
 
 pytestmark = pytest.mark.slow  # builds the RTL model: a minute where it is not there yet
 
@@ -33,6 +34,14 @@ def test_rtl_equals_golden(tmp_path, capsys):
     golden = json.loads((tmp_path / "golden" / "stats.json").read_text())
     for ours, theirs in zip(stats["per_frame"], golden["per_frame"], strict=True):
         assert ours["sha256"] == theirs["sha256"]
+
+
+@pytest.mark.parametrize("setting", ["small", "wide"])
+def test_rtl_equals_golden_at_other_number_formats(setting, monkeypatch, capsys):
+    """Entries of 5 and 7 bytes, records of 24 and 32; tables, bitmaps, pixels and cycles."""
+    monkeypatch.setattr(Settings, "formats", lambda self: formats.make(**formats.PRESETS[setting]))
+    assert cli.run([*RUN, "--frames", "3"]) == 0
+    assert "0 differences in 3 frames" in capsys.readouterr().out
 
 
 def test_answers_that_are_late_at_random_change_cycles_only(tmp_path, capsys):

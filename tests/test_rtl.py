@@ -7,16 +7,13 @@ import pytest
 
 from tests import builds
 
-# What a setting changes: entries and records in memory, arithmetic, the whole. `make rtl-settings` runs every bench.
+# What differs in more than a width or is not in the slice (tests/test_cosim.py). `make rtl-settings` runs every bench.
 AT_SETTINGS = (
     "tb.common.test_axi_list_reader",
     "tb.common.test_axi_block_writer",
     "tb.common.test_axi_record_reader",
     "tb.raster_core.test_group_finder",
     "tb.raster_core.test_subtile_compute_unit",
-    "tb.raster_core.test_pixel_resolver",
-    "tb.sorting_core.test_sorting_core",
-    "tb.test_slice",
 )
 
 
