@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -22,11 +23,18 @@ ALPHA_LIMIT = 0.99
 EXP_BITS = range(8, 25)
 EXP_SEGMENTS = tuple(1 << k for k in range(1, 9))
 _POWER_LEAST = 8  # fraction bits of p: what gs_group_finder compares
+KEY_KINDS = ("float", "log", "linear", "half")  # records.depth_key
+BOUNDS = ("exact", "box", "oriented", "circle")  # golden/raster_core/bounds.py
+STOP_RULES = ("blend-last", "drop-last")
+HALF_BITS = 16
+# Fields that the RTL has no use for
+GOLDEN_ONLY = ("key_kind", "key_bits", "colour_max", "exp_at", "bound", "drop_last")
 
 
 class Formats(NamedTuple):
-    """Codes and bits. Fields of the feature record first; every one is in rtl/gs_params.vh."""
+    """Codes and bits; all but those of GOLDEN_ONLY are in rtl/gs_params.vh."""
 
+    key_kind: int  # place in KEY_KINDS
     key_bits: int  # of a depth key
     key_w: int  # bits that hold it: what an entry of whole bytes leaves
     entry_w: int  # {invalid, key, index}: sorts as an unsigned number, invalid last
@@ -61,10 +69,13 @@ class Formats(NamedTuple):
     alpha_max: int
     t_f: int  # transmittance UQ1; w = round(alpha*T), T -= w
     t_stop: int  # a pixel is done when T < t_stop behind a blend
+    drop_last: int  # 1: the layer that would bring T below t_stop is not blended, and the pixel is done
+    bound: int  # place in BOUNDS
     acc_f: int  # colour accumulator
     acc_w: int
 
 
+@cache
 def make(
     mean_bits: int = 10,
     footprint_bits: int = 20,
@@ -78,11 +89,16 @@ def make(
     exp_bits: int = 18,
     alpha_cut: float = 255.0,
     stop_threshold: float = 1e-4,
+    key_kind: str = "float",
+    stop_rule: str = "blend-last",
+    bound: str = "exact",
 ) -> Formats:
     """Formats from primary values: fraction bits, bits of a key, 1 / the alpha cut, the transmittance that stops.
 
     InputError where they do not go together.
     """
+    right = key_kind != "half" or key_bits == HALF_BITS
+    _check(right, f"key_kind=half with key_bits={key_bits}", f"key_bits={HALF_BITS}")
     _check(exp_bits > alpha_bits, f"alpha_bits={alpha_bits} with exp_bits={exp_bits}", "exp_bits above alpha_bits")
     _check(
         accumulator_bits < transmittance_bits + colour_bits,
@@ -105,6 +121,7 @@ def make(
     geometry_w = 2 * mean_w + 3 * chol_w + 1 + opacity_w
     record_bytes = 8 * -(-(geometry_w + 3 * colour_w + key_w) // 64)
     return Formats(
+        key_kind=KEY_KINDS.index(key_kind),
         key_bits=key_bits,
         key_w=key_w,
         entry_w=8 * entry_bytes,
@@ -139,6 +156,8 @@ def make(
         alpha_max=round(ALPHA_LIMIT * 2**alpha_bits),
         t_f=transmittance_bits,
         t_stop=math.floor(stop_threshold * 2**transmittance_bits) + 1,
+        drop_last=STOP_RULES.index(stop_rule),
+        bound=BOUNDS.index(bound),
         acc_f=accumulator_bits,
         acc_w=accumulator_bits + (3 if accumulator_bits >= transmittance_bits else 4),
     )

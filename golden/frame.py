@@ -18,7 +18,7 @@ from golden.preprocess import Features, Pairs, Projection, duplicate, encode, pr
 from golden.preprocess.projection import depths
 from golden.raster_core import batch_buffer, late_buffer
 from golden.raster_core.raster_core import RasterResult, rasterise
-from golden.records import INVALID, depth_key
+from golden.records import INVALID, LINEAR_NEAR, depth_key, short_drop
 from golden.scene.gaussians import Gaussians
 from golden.settings import Settings
 from golden.sorting_core import sorting_core
@@ -85,6 +85,7 @@ class Renderer:
         self.gaussians = gaussians
         self.settings = settings
         self.formats = settings.formats()
+        self.far: float | None = None  # largest depth of a linear key
         self.sorting, self.interval = parse_sorting(sorting)  # K, D or SEED
         self.late = late
         self.depth = settings.depth_rule(late)
@@ -111,7 +112,9 @@ class Renderer:
 
     def preprocess(self, camera: Camera) -> tuple[Projection, Features, Pairs]:
         projection = project(self.gaussians, camera, self.settings.antialias_mode(), self.settings.sh_degree)
-        features = encode(self.formats, projection)
+        if self.far is None:  # linear keys: of the first frame
+            self.far = max(float(projection.depth[projection.visible].max(initial=0)), 2 * LINEAR_NEAR)
+        features = encode(self.formats, projection, self.far)
         return projection, features, duplicate(self.formats, features, camera.width, camera.height)
 
     def _colours(self, features: Features, anew: bool) -> tuple[Features, np.ndarray]:
@@ -130,7 +133,7 @@ class Renderer:
 
     def _keys(self, view: Camera) -> np.ndarray:
         """[N] int32 keys of all Gaussians as a camera sees them."""
-        return depth_key(self.formats, depths(self.gaussians, view)).astype(np.int32)
+        return depth_key(self.formats, depths(self.gaussians, view), self.far).astype(np.int32)
 
     def _written_keys(self, camera: Camera, features: Features, anew: bool) -> np.ndarray:
         """[N] keys that the raster core writes back; sets `view`. anew: the camera did not come from the last one."""
@@ -151,7 +154,7 @@ class Renderer:
         none = Lists.empty(len(now))
         table = none if anew else self.written
         if self.late:
-            table = tables.group_keys(table)
+            table = tables.group_keys(table, short_drop(self.formats))
         new, damaged = tables.arrivals(pairs, table, len(self.gaussians))
         if not anew and (self._turned(camera) or new.words.size > settings.cut_share * max(int(now.sum()), 1)):
             anew, table = True, none

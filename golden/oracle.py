@@ -16,6 +16,7 @@ from golden import params
 from golden.formats import Formats
 from golden.preprocess.encode import Features
 from golden.preprocess.projection import ALPHA_CUT, Projection, project
+from golden.raster_core import bounds
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import bound, subtile_hit
@@ -217,7 +218,13 @@ def _blend_injected(f: Formats, offsets, index, mean, chol, code, mean2d, a, b, 
                 ca, cb, cc = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
                 o = np.int64(code[i])
                 u0, v0 = setup(f, ca, cb, cc, np.int64(mean[i, 0]), np.int64(mean[i, 1]), x0, y0)
-                if not subtile_hit(f, u0, v0, ca, cb, cc, bound(f, o)):
+                if f.bound:
+                    m_x, m_y = np.int64(mean[i, 0]), np.int64(mean[i, 1])
+                    bits = bounds.tile_bits(f, ca, cb, cc, m_x, m_y, o, tile_x, tile_y, width, height)
+                    hit = (bits >> np.uint64(subtile)) & np.uint64(1) == 1
+                else:
+                    hit = subtile_hit(f, u0, v0, ca, cb, cc, bound(f, o))
+                if not hit:
                     continue
                 for y in range(y0, min(y0 + side, height)):
                     for x in range(x0, min(x0 + side, width)):
@@ -225,7 +232,11 @@ def _blend_injected(f: Formats, offsets, index, mean, chol, code, mean2d, a, b, 
                         p = scu.power(f, u0 + (x - x0) * ca + (y - y0) * cb, v0 + (y - y0) * cc, o)
                         if t < f.t_stop or p > f.cut:
                             continue
-                        t_code[y - y0, x - x0] = t - scu.weight(f, scu.alpha(f, p), t)
+                        left = t - scu.weight(f, scu.alpha(f, p), t)
+                        if f.drop_last and left < f.t_stop:
+                            t_code[y - y0, x - x0] = 0
+                            continue
+                        t_code[y - y0, x - x0] = left
                         dx, dy = x + 0.5 - mean2d[i, 0], y + 0.5 - mean2d[i, 1]
                         u, v = a[i] * dx + b[i] * dy, c[i] * dy
                         weight = t_real[y - y0, x - x0] * min(ALPHA_MAX, opacity[i] * np.exp(-0.5 * (u * u + v * v)))

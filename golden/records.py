@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from golden import params
-from golden.formats import KEY_BIAS, KEY_E, Formats, record_fields, record_offsets
+from golden.formats import KEY_BIAS, KEY_E, KEY_KINDS, Formats, record_fields, record_offsets
 
 INDEX_MASK = (1 << params.INDEX_W) - 1
 INVALID = 1 << 62
@@ -18,6 +18,8 @@ SHORT_BYTES = 4  # {spare, invalid, index}: the entry of a table that is sorted 
 SHORT_GROUP = 4  # short entries that hold one key in their spare bits
 _SPARE_AT = params.INDEX_W + 1
 _SPARE_W = 8 * SHORT_BYTES - _SPARE_AT
+FLOAT, LOG, LINEAR, HALF = range(len(KEY_KINDS))
+LINEAR_NEAR = 0.2  # as the cameras' near plane
 _SHORT_KEY_W = SHORT_GROUP * _SPARE_W  # bits of a key that a group holds
 KEY_MAX_DEPTH = 2.0 ** ((1 << KEY_E) - KEY_BIAS)
 
@@ -37,12 +39,28 @@ def indices_of(words: np.ndarray) -> np.ndarray:
     return words & INDEX_MASK
 
 
-def depth_key(f: Formats, z: np.ndarray) -> np.ndarray:
-    """Depths (float64, > 0.125) to float keys of KEY_E exponent bits, truncated; above the range they saturate."""
-    mantissa = f.key_bits - KEY_E
-    bits = np.ascontiguousarray(z, dtype=np.float64).view(np.int64)
-    key = (bits >> (52 - mantissa)) - ((1023 - KEY_BIAS) << mantissa)
-    return np.clip(key, 0, (1 << f.key_bits) - 1)
+def key_range(f: Formats, far: float) -> tuple[float, float]:
+    """(least depth, first depth beyond) that keys tell apart; far: the largest depth of a linear key."""
+    ranges = {LINEAR: (LINEAR_NEAR, np.nextafter(far, np.inf)), HALF: (2.0**-14, 65520.0)}
+    return ranges.get(f.key_kind, (2.0**-KEY_BIAS, KEY_MAX_DEPTH))
+
+
+def depth_key(f: Formats, z: np.ndarray, far: float = 0.0) -> np.ndarray:
+    """[n] float64 depths to [n] int64 keys of f.key_kind, truncated (half: rounded); outside their range they saturate.
+
+    far: the largest depth of a linear key.
+    """
+    z = np.ascontiguousarray(z, dtype=np.float64)
+    low, high = key_range(f, far)
+    if f.key_kind == HALF:
+        return np.clip(z, 0, 65504).astype(np.float16).view(np.uint16).astype(np.int64)
+    if f.key_kind == FLOAT:
+        mantissa = f.key_bits - KEY_E
+        key = (z.view(np.int64) >> (52 - mantissa)) - ((1023 - KEY_BIAS) << mantissa)
+        return np.clip(key, 0, (1 << f.key_bits) - 1)
+    z = np.maximum(z, low)
+    share = (z - low) / (high - low) if f.key_kind == LINEAR else np.log2(z / low) / np.log2(high / low)
+    return np.minimum(share * (1 << f.key_bits), (1 << f.key_bits) - 1).astype(np.int64)
 
 
 def hardware(f: Formats, words: np.ndarray) -> np.ndarray:
@@ -69,36 +87,43 @@ def entries_from_bytes(f: Formats, data: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(cache=True)
-def with_group_keys(words):
-    """[n] int64 entries of one table, each with the key of the last valid entry of its group (0: there is none)."""
+def with_group_keys(words, drop=0):
+    """[n] int64 entries of one table, each with the key of the last valid entry of its group (0: there is none).
+
+    drop: low bits of the key that a group has no room for (`short_drop`); they are 0."""
     out = np.empty_like(words)
     for start in range(0, len(words), SHORT_GROUP):
         key = 0
         for word in words[start : start + SHORT_GROUP]:
             if word < INVALID:
-                key = word >> params.INDEX_W
+                key = word >> (params.INDEX_W + drop) << drop
         for k in range(start, min(start + SHORT_GROUP, len(words))):
             out[k] = (words[k] & (INVALID | INDEX_MASK)) | (key << params.INDEX_W)
     return out
 
 
-def short_bytes(words: np.ndarray) -> np.ndarray:
+def short_drop(f: Formats) -> int:
+    """Low bits of a key that four short entries cannot hold."""
+    return max(f.key_bits - _SHORT_KEY_W, 0)
+
+
+def short_bytes(words: np.ndarray, drop: int = 0) -> np.ndarray:
     """[n] int64 entries of one table -> uint8 short entries, little endian, filled up to whole groups.
 
     Entry k of a group holds bits 7k to 7k + 6 of the group's key, bit 0 lowest; see `with_group_keys`.
     """
     whole = np.full(-(-len(words) // SHORT_GROUP) * SHORT_GROUP, INVALID, np.int64)
     whole[: len(words)] = words
-    key = keys_of(with_group_keys(whole))
+    key = keys_of(with_group_keys(whole, drop)) >> drop
     spare = (key >> _SPARE_W * (np.arange(len(whole)) % SHORT_GROUP)) & ((1 << _SPARE_W) - 1)
     short = (spare << _SPARE_AT) | ((whole >= INVALID).astype(np.int64) << params.INDEX_W) | indices_of(whole)
     return short.astype("<u4").view(np.uint8)
 
 
-def words_from_short(data: np.ndarray, n: int) -> np.ndarray:
+def words_from_short(data: np.ndarray, n: int, drop: int = 0) -> np.ndarray:
     """uint8 short entries -> [n] int64 entries with the keys of their groups."""
     short = data.view("<u4").astype(np.int64).reshape(-1, SHORT_GROUP)
-    key = ((short >> _SPARE_AT) << _SPARE_W * np.arange(SHORT_GROUP)).sum(axis=1, keepdims=True)
+    key = ((short >> _SPARE_AT) << _SPARE_W * np.arange(SHORT_GROUP)).sum(axis=1, keepdims=True) << drop
     invalid = (short >> params.INDEX_W) & 1
     return ((invalid * INVALID) | (key << params.INDEX_W) | indices_of(short)).ravel()[:n]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass
 
 from golden import formats, keys, params
@@ -65,6 +66,39 @@ class Settings:
     sh_degree: int = key(
         DEGREE_MAX, "", "0..3", "harmonics above it are neither read nor evaluated", between(0, DEGREE_MAX)
     )
+    setting: str = key(
+        "reference", "", "small|reference|wide", "sets the bits below (docs/formats.md); later keys change single ones",
+        one_of(*formats.PRESETS),
+    )  # fmt: skip
+    mean_bits: int = key(10, "fraction bits", "2..14", "screen position, pixels", between(2, 14))
+    footprint_bits: int = key(20, "fraction bits", "13..26", "footprint a, b, c", between(13, 26))
+    opacity_bits: int = key(13, "fraction bits", "4..18", "-log2 of the opacity", between(4, 18))
+    colour_bits: int = key(10, "fraction bits", "4..14", "colour", between(4, 14))
+    key_bits: int = key(23, "bits", "8..31", "depth key; an entry has whole bytes", between(8, 31))
+    key_kind: str = key(
+        "float", "", "float|log|linear|half",
+        "depth key: 5 exponent bits, logarithm (both 0.125 to 2^29), linear from 0.2 to the first frame's largest "
+        "depth, IEEE half (16 bits)",
+        one_of(*formats.KEY_KINDS),
+    )  # fmt: skip
+    alpha_bits: int = key(16, "fraction bits", "6..20", "alpha", between(6, 20))
+    transmittance_bits: int = key(18, "fraction bits", "8..26", "transmittance", between(8, 26))
+    accumulator_bits: int = key(20, "fraction bits", "8..28", "colour accumulator", between(8, 28))
+    exp_segments: int = key(
+        16, "lines", "2|4|8|16|32|64|128|256", "of the table for 2^-p", one_of(*formats.EXP_SEGMENTS)
+    )
+    exp_bits: int = key(18, "fraction bits", "8..24", "of 2^-p", one_of(*formats.EXP_BITS))
+    alpha_cut: float = key(255.0, "1/alpha", "2..16384", "a pixel with a smaller alpha is skipped", between(2, 16384))
+    stop_threshold: float = key(1e-4, "", "0..0.5", "a pixel is done when its transmittance is below", between(0, 0.5))
+    stop_rule: str = key(
+        "blend-last", "", "blend-last|drop-last", "what becomes of the layer that does it", one_of(*formats.STOP_RULES)
+    )
+    bound: str = key(
+        "exact", "", "exact|box|oriented|circle",
+        "what a Gaussian is taken to touch: pixels above the cut, their bounding box, a 3-sigma box along its axes, a "
+        "3-sigma circle",
+        one_of(*formats.BOUNDS),
+    )  # fmt: skip
     colour_every: int = key(
         1, "frames", "1..1024", "approximate: the colour of a Gaussian in sight is kept that long", between(1, 1024)
     )
@@ -87,8 +121,9 @@ class Settings:
         return {"auto": None, "on": True, "off": False}[self.antialias]
 
     def formats(self) -> Formats:
-        """The number formats."""
-        return formats.REFERENCE
+        """The number formats; InputError where the bits do not go together."""
+        names = inspect.signature(formats.make).parameters
+        return formats.make(**{name: getattr(self, name) for name in names})
 
     def background_codes(self) -> tuple[int, int, int]:
         """UQ3.COLOUR_F codes of the background."""
@@ -120,4 +155,11 @@ class Settings:
 
 def parse(pairs: list[str]) -> Settings:
     """Settings from "KEY=VALUE" texts; InputError names the key, the value and what is valid."""
-    return keys.change(Settings(), pairs)
+    single = []
+    for pair in pairs:
+        name, _, value = pair.partition("=")
+        bits = formats.PRESETS.get(value, {}) if name == "setting" else {}
+        single += [pair, *(f"{bit}={number}" for bit, number in bits.items())]
+    settings = keys.change(Settings(), single)
+    settings.formats()
+    return settings

@@ -203,14 +203,14 @@ def _late_sort(offsets, words, key, first, chunk, out):
         out[offsets[t] : offsets[t + 1]] = sort_chunks(here, first, chunk)
 
 
-def group_keys(written: Lists) -> Lists:
-    """Tables as they are read back from 4-byte entries."""
+def group_keys(written: Lists, drop: int) -> Lists:
+    """Tables as they are read back from 4-byte entries; drop: records.short_drop."""
     out = np.empty(len(written.words), np.int64)
-    _group_keys(written.offsets, written.words, out)
+    _group_keys(written.offsets, written.words, drop, out)
     return Lists(written.offsets, out)
 
 
 @numba.njit(cache=True, parallel=True)
-def _group_keys(offsets, words, out):
+def _group_keys(offsets, words, drop, out):
     for t in numba.prange(len(offsets) - 1):
-        out[offsets[t] : offsets[t + 1]] = records.with_group_keys(words[offsets[t] : offsets[t + 1]])
+        out[offsets[t] : offsets[t + 1]] = records.with_group_keys(words[offsets[t] : offsets[t + 1]], drop)

@@ -15,7 +15,6 @@
 `define GS_SORT_N 16
 `define GS_CHUNK 256
 `define GS_INDEX_W 24
-`define GS_KEY_BITS 23
 `define GS_KEY_W 23
 `define GS_ENTRY_W 48
 `define GS_ENTRY_BYTES 6
@@ -27,7 +26,6 @@
 `define GS_OPACITY_W 16
 `define GS_COLOUR_F 10
 `define GS_COLOUR_W 13
-`define GS_COLOUR_MAX 7680
 `define GS_RECORD_W 192
 `define GS_RECORD_BYTES 24
 `define GS_GEOMETRY_W 128
@@ -43,7 +41,6 @@
 `define GS_ITU_MARGIN 16
 `define GS_EXP_SEGMENTS 16
 `define GS_EXP_F 18
-`define GS_EXP_AT 5114
 `define GS_OFFSET_W 10
 `define GS_ALPHA_F 16
 `define GS_ALPHA_MAX 64881

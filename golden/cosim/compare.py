@@ -99,6 +99,8 @@ def check(settings: Settings) -> None:
         ("passes", (1,)),
         ("chunk", (params.CHUNK,)),
         ("refresh", ("all",)),
+        ("bound", ("exact",)),
+        ("stop_rule", ("blend-last",)),
     ):
         value = getattr(settings, name)
         if value not in known:

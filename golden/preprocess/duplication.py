@@ -17,6 +17,7 @@ import numpy as np
 from golden import params
 from golden.formats import Formats
 from golden.preprocess.encode import Features
+from golden.raster_core import bounds
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import bound, squared
 
@@ -78,12 +79,15 @@ def _boxes(f: Formats, mean, chol, opacity, visible, columns, rows, boxes, area)
         area[i] = 0
         if not visible[i]:
             continue
-        a, b, c, radius = _real(f, chol, opacity, i)
+        if f.bound:
+            half_x, half_y = bounds.shape(f, chol[i, 0], chol[i, 1], chol[i, 2], opacity[i])[:2]
+            radius = half_x
+        else:
+            a, b, c, radius = _real(f, chol, opacity, i)
+            # a or c of zero makes these infinite, 0 / 0 NaN: both mean "everywhere"
+            half_x, half_y = radius * math.sqrt(b * b + c * c) / (a * c), radius / c
         if radius < 0:
             continue
-        # a or c of zero makes these infinite, 0 / 0 NaN: both mean "everywhere"
-        half_x = radius * math.sqrt(b * b + c * c) / (a * c)
-        half_y = radius / c
         everywhere = 2.0 * params.TILE * max(columns, rows) + 2.0 * (1 << (f.mean_w - f.mean_f))
         half_x = half_x if half_x < everywhere else everywhere
         half_y = half_y if half_y < everywhere else everywhere
@@ -160,8 +164,11 @@ def _nearest(a, b, c, left, right, top, bottom):
 
 @numba.njit(cache=True)
 def _touches(f: Formats, mean, chol, opacity, i, x0, y0, width, height):
-    """tile_bitmap(...) != 0 of Gaussian i and the tile at pixel (x0, y0)."""
+    """group_tester.tile_bits(...) != 0 of Gaussian i and the tile at pixel (x0, y0)."""
     mean_x, mean_y = np.int64(mean[i, 0]), np.int64(mean[i, 1])
+    if f.bound:
+        a, b, c, o = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2]), np.int64(opacity[i])
+        return bounds.tile_bits(f, a, b, c, mean_x, mean_y, o, x0, y0, width, height) != 0
     columns = min(params.TILE, -(-(width - x0) // params.SUBTILE) * params.SUBTILE)  # pixels of live subtiles
     rows = min(params.TILE, -(-(height - y0) // params.SUBTILE) * params.SUBTILE)
     a, b, c, radius = _real(f, chol, opacity, i)

@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from golden import records
-from golden.formats import KEY_BIAS, Formats
+from golden.formats import Formats
 from golden.preprocess.projection import Projection
 
 _FOOTPRINT = math.sqrt(math.log2(math.e) / 2)
@@ -41,8 +41,8 @@ def opacity_none(f: Formats) -> int:
     return (1 << f.opacity_w) - 1
 
 
-def encode(f: Formats, projection: Projection) -> Features:
-    """Codes of every visible Gaussian; all roundings half_up.
+def encode(f: Formats, projection: Projection, far: float = 0.0) -> Features:
+    """Codes of every visible Gaussian; all roundings half_up. far: of linear keys.
 
     Counted: culled_range, the mean does not fit SQ13.MEAN_F; clamped_colour, Gaussians with a channel above COLOUR_MAX;
     clamped_depth, Gaussians whose depth is outside the key's range.
@@ -53,8 +53,9 @@ def encode(f: Formats, projection: Projection) -> Features:
     visible = projection.visible.copy()
     p = projection
     lost, clamped = _encode(f, p.mean2d, p.cov2d, p.det, p.opacity, p.colour, visible, mean, chol, opacity, rgb)
-    key = np.where(visible, records.depth_key(f, p.depth), (1 << f.key_bits) - 1).astype(np.int32)
-    below, above = p.depth < 2.0**-KEY_BIAS, p.depth >= records.KEY_MAX_DEPTH
+    key = np.where(visible, records.depth_key(f, p.depth, far), (1 << f.key_bits) - 1).astype(np.int32)
+    low, high = records.key_range(f, far)
+    below, above = p.depth < low, p.depth >= high
     counters = {
         "culled_range": int(lost),
         "clamped_colour": int(clamped),

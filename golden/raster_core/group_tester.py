@@ -7,7 +7,7 @@ import numpy as np
 
 from golden import params
 from golden.formats import Formats
-from golden.raster_core import group_test_unit
+from golden.raster_core import bounds, group_test_unit
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import bound, squared
 
@@ -23,7 +23,9 @@ def _least(low, high):
 
 @numba.njit(cache=True, error_model="numpy")
 def tile_bits(f: Formats, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
-    """intersection_test_unit.tile_bitmap, faster: rows and groups that cannot be hit are skipped."""
+    """intersection_test_unit.tile_bitmap, faster: rows and groups that cannot be hit are skipped; or f.bound's test."""
+    if f.bound:
+        return bounds.tile_bits(f, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height)
     bits = np.uint64(0)
     limit = bound(f, opacity)
     if limit < 0:

@@ -59,6 +59,8 @@ def _work(
                 mask = group_finder.mask(
                     f, chol[g, 0], chol[g, 1], chol[g, 2], mean[g, 0], mean[g, 1], opacity[g], x0, y0, width, height
                 )
+                for subtile in range(params.SUBTILES):  # f.bound may hit what the groups' test rules out
+                    mask |= np.int64((bitmaps[e] >> np.uint64(subtile)) & np.uint64(1)) << (subtile // params.UNITS)
                 for group in range(params.GROUPS):
                     candidates[batch, group, (e - begin) // BLOCK] += (mask >> group) & 1
                 for subtile in range(params.SUBTILES):

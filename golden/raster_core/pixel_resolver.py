@@ -22,7 +22,7 @@ def resolve_tile(f: Formats, state, x0, y0, background, value, rgb8, transmittan
         for x in range(x0, min(x0 + params.TILE, width)):
             subtile = ((y - y0) >> 3) * side + ((x - x0) >> 3)
             k = ((y - y0) & 7) * params.SUBTILE + ((x - x0) & 7)
-            t = np.int64(state[subtile, 0, k])
+            t = abs(np.int64(state[subtile, 0, k]))
             transmittance[y, x] = t
             for channel in range(3):
                 v = scu.resolve(f, np.int64(state[subtile, 1 + channel, k]), t, background[channel])

@@ -38,6 +38,8 @@ def fresh_tile(f: Formats, state, x0, y0, width, height):
 def blend(f: Formats, state, u0, v0, a, b, c, opacity, red, green, blue):
     """One Gaussian on one subtile. state int[4, 64]: T, red, green, blue; returns the pixels blended.
 
+    A pixel that is done with T still above t_stop (drop_last) has -T in place of T.
+
     alpha * T is cut in two, so that no intermediate exceeds 31 bits where formats.narrow holds.
     """
     word = state.dtype.type
@@ -47,7 +49,7 @@ def blend(f: Formats, state, u0, v0, a, b, c, opacity, red, green, blue):
     narrow_half, alpha_half = word(1 << (narrow - 1)), word(1 << (f.alpha_f - 1))
     dist_max, alpha_max = word((1 << f.dist_w) - 1), word(f.alpha_max)
     table, segment_mask, offset_mask = word(f.exp_at), word(f.exp_segments - 1), word((1 << f.offset_w) - 1)
-    cut, t_stop = word(f.cut), word(f.t_stop)
+    cut, t_stop, drop_last = word(f.cut), word(f.t_stop), f.drop_last != 0
     opacity = word(opacity << (f.power_f - f.opacity_f))
     u0, v0, a, b, c = word(u0), word(v0), word(a), word(b), word(c)
     count = word(0)
@@ -68,8 +70,11 @@ def blend(f: Formats, state, u0, v0, a, b, c, opacity, red, green, blue):
         alpha = min(floor(add(y, code_half), code), alpha_max)
         low = floor(add(mul(alpha, word(t & 7)), alpha_half), 3)
         w = min(floor(add(mul(alpha, floor(t, 3)), low), product), sub(t, 1))
+        dropped = blended & drop_last & (sub(t, w) < t_stop)
+        blended &= not dropped
         w = w if blended else word(0)
-        state[0, k] = sub(t, w)
+        left = sub(t, w)
+        state[0, k] = sub(0, left) if dropped else left
         state[1, k] = add(state[1, k], floor(add(mul(w, red), narrow_half), narrow))
         state[2, k] = add(state[2, k], floor(add(mul(w, green), narrow_half), narrow))
         state[3, k] = add(state[3, k], floor(add(mul(w, blue), narrow_half), narrow))

@@ -82,10 +82,14 @@ def blend_subtile(f: Formats, t, acc, done, x0, y0, gaussians, trace):
             p = power(f, u0 + i * a + j * b, v0 + j * c, opacity)
             if p > f.cut or done[at]:
                 continue
-            t[at], acc[0, at], acc[1, at], acc[2, at] = blend_pixel(
+            left, new_red, new_green, new_blue = blend_pixel(
                 f, p, t[at], acc[0, at], acc[1, at], acc[2, at], red, green, blue
             )
-            done[at] = t[at] < f.t_stop
+            done[at] = left < f.t_stop
+            if f.drop_last and done[at]:
+                continue
+            t[at] = left
+            acc[0, at], acc[1, at], acc[2, at] = new_red, new_green, new_blue
             trace[n] |= np.uint64(1) << np.uint64(at)
             blends += 1
     return blends

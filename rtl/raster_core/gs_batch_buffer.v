@@ -281,7 +281,7 @@ module gs_batch_buffer #(
         if (rst || free[1]) {closed[1], loaded[1], issued[1], tested[1], blended[1], written[1]} <= 6'd0;
     end
 
-    wire unused_ok = &{1'b0, entry_word[ENTRY_W-1:INDEX_W], feat_record[RECORD_W-1:FEATURE_W+KEY_W], to_slot[SLOT_W]};
+    wire unused_ok = &{1'b0, entry_word[ENTRY_W-1:INDEX_W], feat_record, to_slot[SLOT_W]};
 
 endmodule
 

@@ -311,7 +311,7 @@ module gs_late_buffer #(
         if (rst || free[2]) {closed[2], loaded[2], ready[2], issued[2], over[2], blended[2], written[2]} <= 7'd0;
     end
 
-    wire unused_ok = &{1'b0, entry_word[ENTRY_W-1:INDEX_W], feat_record[RECORD_W-1:FEATURE_W+KEY_W], to_slot[SLOT_W]};
+    wire unused_ok = &{1'b0, entry_word[ENTRY_W-1:INDEX_W], feat_record, to_slot[SLOT_W]};
 
 endmodule
 

@@ -87,7 +87,7 @@ KNOBS = (
     _key("alpha_cut", "stop", 1024, 512, 128, 100, 64, unit="1/alpha"),
     _key("bound", "stop", "box", "oriented", "circle"),
     _key("mean_bits", "formats", 4, 6, 8, 12, unit="bits"),
-    _key("footprint_bits", "formats", 12, 14, 16, 18, 22, unit="bits"),
+    _key("footprint_bits", "formats", 13, 14, 16, 18, 22, unit="bits"),
     _key("opacity_bits", "formats", 7, 9, 11, 15, unit="bits"),
     _key("colour_bits", "formats", 6, 8, 12, unit="bits"),
     _key("alpha_bits", "formats", 10, 12, 14, 17, unit="bits"),
