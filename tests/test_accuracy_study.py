@@ -17,6 +17,8 @@ from golden import cli
 from golden.report import accuracy, sweep
 from golden.report.accuracy import answer, measure, plan, rows, simulators
 from golden.report.accuracy.plan import Choice, Knob
+from golden.settings import parse
+from golden.timing.hardware import HARDWARE
 
 ROOT = Path(__file__).parent.parent
 PUBLISHED = ROOT / "docs/accuracy/room"
@@ -51,6 +53,10 @@ def test_every_knob_is_in_the_plan():
     assert {choice.hardware for knob in plan.KNOBS for choice in knob.choices} == {None, "gscore", "gscore-64"}
 
 
+def test_this_build_knows_every_knob():
+    assert plan.points(plan.chosen(None))[1] == []
+
+
 def test_what_a_build_does_not_know_is_reported_and_left_out():
     odd = Knob("odd", "order", (Choice("1", ("no_such_key=1",)), Choice("3", ("channels=3",)), Choice("ok")))
     points, left = plan.points([odd])
@@ -72,12 +78,21 @@ def test_a_knob_alone_leaves_the_rest_at_the_reference():
     assert len({(point.machine, *map(str, point.words().values())) for point in points}) == len(points)
 
 
+def test_entries_and_records_follow_the_formats():
+    def fit(name: str, setting: str, *given: str) -> list[str]:
+        return plan.fitted(HARDWARE[name], parse([f"setting={setting}"]), list(given))
+
+    assert fit("neo", "reference") == fit("splatcore", "reference") == fit("gscore", "reference") == []
+    assert fit("neo", "small") == ["entry_bytes=5"] and fit("neo", "wide") == ["entry_bytes=7"]
+    assert fit("splatcore", "wide") == ["record_stride=32"] and fit("neo", "wide", "entry_bytes=8") == []
+
+
 def test_tables_pictures_and_answer(tiny):
     table = rows.read(tiny / "accuracy.csv")
     assert tuple(table[0]) == rows.COLUMNS
     assert {row["knob"] for row in table} == {"reference", "end", "depth", "channels"}
     study = json.loads((tiny / "accuracy.json").read_text())
-    assert len(study["points"]) == len(table)
+    assert len(study["points"]) == len(table) and study["left_out"] == []
     assert all(len(point["per_frame"]) == 2 for point in study["points"])
     for name in ("accuracy.png", "difference.png"):
         with Image.open(tiny / name) as picture:
@@ -87,6 +102,15 @@ def test_tables_pictures_and_answer(tiny):
     assert all(data == (tiny / name).read_bytes() for name, data in published.items())
     text = (tiny / "answer.md").read_text()
     assert "0.5 LSB, root mean square" in text and "| 60 dB |" in text and "0 differences" in text
+
+
+def test_the_ends_of_the_scale(tiny):
+    table = {row["value"]: row for row in rows.read(tiny / "accuracy.csv") if row["machine"] == "neo"}
+    reference, again, exact, random_ = (table[name] for name in ("reference", "again", "exact", "random order"))
+    assert {**again, "knob": "", "family": "", "value": ""} == {**reference, "knob": "", "family": "", "value": ""}
+    assert exact["order_max_lsb"] == "0"
+    assert float(exact["arithmetic_max_lsb"]) < float(reference["arithmetic_max_lsb"])
+    assert float(random_["psnr_min_db"]) < 30 < float(reference["psnr_min_db"]) < float(exact["psnr_min_db"])
 
 
 def test_a_second_study_has_the_same_table_and_measures_nothing(tiny, monkeypatch):
@@ -195,6 +219,7 @@ def test_the_published_study_is_what_this_code_measures():
     args = cli.parser().parse_args(["accuracy", *published_words(), "-o", "x"])
     table = rows.read(PUBLISHED / "accuracy.csv")
     points = {(p.knob, p.value, p.machine): p for p in plan.points(plan.chosen(None))[0]}
+    assert set(points) == {(row["knob"], row["value"], row["machine"]) for row in table}, "run `make accuracy`"
     common = json.dumps({name: getattr(args, name) for name in accuracy.COMMON})
     head = accuracy.head(args, measure.study(common))
     for row in random.Random(os.environ.get("SEED", "1")).sample(table, 3):
