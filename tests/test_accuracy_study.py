@@ -110,7 +110,7 @@ def test_the_ends_of_the_scale(tiny):
     assert {**again, "knob": "", "family": "", "value": ""} == {**reference, "knob": "", "family": "", "value": ""}
     assert exact["order_max_lsb"] == "0"
     assert float(exact["arithmetic_max_lsb"]) < float(reference["arithmetic_max_lsb"])
-    assert float(random_["psnr_min_db"]) < 30 < float(reference["psnr_min_db"]) < float(exact["psnr_min_db"])
+    assert float(random_["psnr_min_db"]) + 10 < float(reference["psnr_min_db"]) < float(exact["psnr_min_db"])
 
 
 def test_a_second_study_has_the_same_table_and_measures_nothing(tiny, monkeypatch):
