@@ -9,7 +9,7 @@ SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build
 STUDY  := "builtin:room?n=20000" --path orbit --frames 6 --size 384x256
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: help setup lint test test-fast rtl-settings formal sim bench accuracy synth params docs clean
+.PHONY: help setup lint test test-fast rtl-settings formal mutate coverage sim bench accuracy synth params docs clean
 .DELETE_ON_ERROR:
 
 help: ## print the targets
@@ -32,6 +32,12 @@ rtl-settings: $(DEV) ## every bench with the number formats small and wide; an h
 
 formal: $(DEV) ## prove that every output stream holds its beat until it moves
 	$(PYTEST) tests/test_formal.py
+
+mutate: $(DEV) ## break each unit in 100 places and see its bench notice: docs/mutation.md (UNIT=gs_fifo N=100)
+	$(BIN)/python -m tests.mutation --count $(or $(N),100) $(addprefix --unit ,$(UNIT))
+
+coverage: $(DEV) ## line and toggle coverage of the RTL by its benches: docs/mutation.md
+	$(BIN)/python -m tests.mutation --coverage
 
 sim: $(USER) ## co-simulate eight small frames: golden model against the Verilated RTL
 	$(BIN)/splatcore cosim $(SIM)

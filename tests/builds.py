@@ -29,6 +29,7 @@ BUILD_ARGS = {
     "verilator": ["-Wall", "-O3", "--x-assign", "unique", "--x-initial", "unique"],
     "icarus": ["-g2005", "-Wall"],
 }
+COVERAGE_ARGS = ["--coverage-line", "--coverage-toggle"]
 RUNTIME = ("verilated.o", "verilated_dpi.o", "verilated_vpi.o", "verilated_threads.o")  # the same in every build
 
 
@@ -43,6 +44,7 @@ class Bench:
     slow: bool = False
     files: tuple[Path, ...] = ()  # instead of the sources of `top`: its gates
     setting: str = "reference"  # of the number formats, formats.PRESETS
+    coverage: bool = False  # Verilator writes coverage.dat into the folder
     few: bool = False  # two pairs of stalls in place of all (tb/lib/stream.py)
 
     @property
@@ -52,6 +54,10 @@ class Bench:
         text += ",gates" if self.files else ""
         short = text if len(text) <= 60 else text[:50] + "-" + hashlib.sha1(text.encode()).hexdigest()[:8]
         return re.sub(r"[^\w=,.-]", "_", short)
+
+    def folder(self, simulator: str) -> Path:
+        """Where it is built and run."""
+        return BUILD / self.setting / ("coverage" if self.coverage else simulator) / self.bench / self.label
 
 
 def modules() -> dict[str, Path]:
@@ -106,16 +112,41 @@ def includes(setting: str) -> list[Path]:
     return [folder, ROOT / "rtl"]
 
 
-def keep_runtime(folder: Path, kept: Path) -> None:
-    """Copy the objects of Verilator's runtime out of a build: compiling them is most of the time of a small one."""
-    if not kept.exists():
-        partial = kept.with_name(f"{kept.name}.{os.getpid()}")
-        partial.mkdir(parents=True)
-        for name in RUNTIME:
-            shutil.copyfile(folder / name, partial / name)
-        with contextlib.suppress(OSError):  # another process was first
-            partial.rename(kept)
-        shutil.rmtree(partial, ignore_errors=True)
+def seed() -> int:
+    """Of every random stimulus; the environment holds it for the benches."""
+    return int(os.environ.setdefault("SEED", "1"))
+
+
+def plusargs() -> list[str]:
+    """Unknown values are random in Verilator, from the seed."""
+    return [f"+verilator+seed+{seed()}", "+verilator+rand+reset+2"]
+
+
+class Runtime:
+    """Objects of Verilator's runtime, kept from the first build: compiling them takes most of a small one's time."""
+
+    def __init__(self, coverage: bool = False) -> None:
+        self.names = (*RUNTIME, "verilated_cov.o") if coverage else RUNTIME
+        self.kept = BUILD / f"runtime-{version('verilator')}{'-coverage' if coverage else ''}"
+
+    def args(self) -> list[str]:
+        """What to add to a build; sets its environment."""
+        os.environ.update(toolchain.environment())
+        if not self.kept.exists():
+            return []
+        os.environ["MAKEFLAGS"] += " VM_GLOBAL_FAST= VM_GLOBAL_SLOW="
+        return [str(self.kept / name) for name in self.names]
+
+    def keep(self, folder: Path) -> None:
+        """Copy the objects out of a finished build."""
+        if not self.kept.exists():
+            partial = self.kept.with_name(f"{self.kept.name}.{os.getpid()}")
+            partial.mkdir(parents=True)
+            for name in self.names:
+                shutil.copyfile(folder / name, partial / name)
+            with contextlib.suppress(OSError):  # another process was first
+                partial.rename(self.kept)
+            shutil.rmtree(partial, ignore_errors=True)
 
 
 def run(bench: Bench, simulator: str = "verilator", test: str | None = None, waves: bool = False, log: bool = True):
@@ -124,8 +155,7 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
     from cocotb_tools.runner import get_runner
 
     os.environ.update(toolchain.environment())
-    seed = os.environ.setdefault("SEED", "1")
-    folder = BUILD / bench.setting / simulator / bench.bench / bench.label
+    folder = bench.folder(simulator)
     folder.mkdir(parents=True, exist_ok=True)
     results = folder / "results.xml"
     results.unlink(missing_ok=True)
@@ -133,11 +163,10 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
     runner = get_runner(simulator)
     failed = None
     try:
-        build_args = list(BUILD_ARGS[simulator])
-        kept = BUILD / f"runtime-{version('verilator')}"
-        if simulator == "verilator" and not waves and kept.exists():
-            build_args += [str(kept / name) for name in RUNTIME]
-            os.environ["MAKEFLAGS"] += " VM_GLOBAL_FAST= VM_GLOBAL_SLOW="
+        build_args = [*BUILD_ARGS[simulator], *(COVERAGE_ARGS if bench.coverage else [])]
+        runtime = Runtime(bench.coverage) if simulator == "verilator" and not waves else None
+        if runtime:
+            build_args += runtime.args()
         runner.build(
             sources=bench.files or sources(bench.top),
             hdl_toplevel=bench.top,
@@ -149,8 +178,8 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
             always=simulator == "icarus",  # its runner does not see a changed include file
             log_file=folder / "build.txt" if log else None,
         )
-        if simulator == "verilator" and not waves:
-            keep_runtime(folder, kept)
+        if runtime:
+            runtime.keep(folder)
         runner.test(
             test_module=bench.bench,
             hdl_toplevel=bench.top,
@@ -159,9 +188,9 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
             test_dir=folder,
             results_xml=str(results),
             testcase=test,
-            seed=int(seed),
+            seed=seed(),
             extra_env={formats.VARIABLE: bench.setting, "STALLS": "few" if bench.few else "all"},
-            plusargs=[f"+verilator+seed+{seed}", "+verilator+rand+reset+2"] if simulator == "verilator" else [],
+            plusargs=plusargs() if simulator == "verilator" else [],
             waves=waves,
             log_file=log_file,
         )
@@ -169,7 +198,7 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
         failed = error
     count, failures = get_results(results) if results.exists() else (0, 0)
     if failed is not None or failures or not count:
-        name = f"{bench.bench} {bench.label} {bench.setting} {simulator} SEED={seed}"
+        name = f"{bench.bench} {bench.label} {bench.setting} {simulator} SEED={seed()}"
         text = f"{name}: {failures} of {count} tests failed ({failed})"
         name = "log.txt" if results.exists() else "build.txt"
         if log and (folder / name).exists():

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import resource
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -35,12 +36,16 @@ class Stream:
     fields: tuple[str, ...]
 
 
-def yosys(folder: Path, script: list[str]) -> subprocess.CompletedProcess:
-    """Run commands from the repository's root (yowasp sees only what lies below the working directory)."""
+def yosys(folder: Path, script: list[str], seconds: int | None = None) -> subprocess.CompletedProcess:
+    """Run commands from the repository's root (yowasp sees only what lies below the working directory).
+
+    It is killed after so many seconds of processor time.
+    """
     path = folder / "script.ys"
     path.write_text("\n".join(script) + "\n")
     command = [str(YOSYS), "-q", "-l", str((folder / "log.txt").relative_to(ROOT)), "-s", str(path.relative_to(ROOT))]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    limit = (lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))) if seconds else None
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=limit)
 
 
 def streams(ports: dict[str, dict]) -> list[Stream]:

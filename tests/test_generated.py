@@ -4,6 +4,7 @@ from golden import params
 from golden.formats import REFERENCE
 from tests import module_table
 from tests.builds import ROOT
+from tests.mutation import page
 
 
 def test_params_header_is_up_to_date():
@@ -12,3 +13,7 @@ def test_params_header_is_up_to_date():
 
 def test_module_table_is_up_to_date():
     assert module_table.TARGET.read_text() == module_table.page(), "run `make docs`"
+
+
+def test_mutation_page_is_up_to_date():
+    assert page.TARGET.read_text() == page.text(page.load()), "run `python -m tests.mutation.page`"
