@@ -78,3 +78,15 @@ async def test_reset_in_flight_forgets_both_beats(dut):
     board = Scoreboard(sink)
     board.expect(beats)
     await board.finish()
+
+
+@cocotb.test()
+async def test_one_cycle_of_reset_is_enough(dut):
+    start_clock(dut)
+    source = Source(dut, "in")
+    dut.out_ready.value = 0
+    await reset(dut)
+    source.send(values(dut, 2))
+    await source.drained()
+    await reset(dut, cycles=1)
+    assert dut.out_valid.value == 0 and dut.in_ready.value == 1

@@ -16,10 +16,10 @@ SIZE = (130, 70)
 SLOT_W = (params.CHUNK - 1).bit_length()
 
 
-def bitmaps(features, slots, x0: int, y0: int) -> np.ndarray:
+def bitmaps(features, slots, x0: int, y0: int, size: tuple[int, int]) -> np.ndarray:
     """[n] uint64"""
     found = [
-        group_tester.tile_bits(BUILD, *features.chol[g], *features.mean[g], features.opacity[g], x0, y0, *SIZE)
+        group_tester.tile_bits(BUILD, *features.chol[g], *features.mean[g], features.opacity[g], x0, y0, *size)
         for g in slots
     ]
     return np.array(found, np.uint64)
@@ -66,12 +66,14 @@ class Blender:
             dut.list_done.value = 0
 
 
-async def run(dut, lengths: list[int], patience: int, check_cycles: bool) -> None:
-    """Batches of these lengths, offered back to back."""
-    features = scene(sum(lengths), *SIZE, seed=patience, sigma=6.0)
+async def run(dut, lengths: list[int], patience: int, check_cycles: bool, far=(0, 0), sigma: float = 6.0) -> None:
+    """Batches of these lengths, offered back to back; the scene lies `far` pixels from the origin."""
+    size = (SIZE[0] + far[0], SIZE[1] + far[1])
+    features = scene(sum(lengths), *SIZE, seed=patience, sigma=sigma)
+    features.mean += np.array(far) << BUILD.mean_f
     geometry = [word & (1 << BUILD.geometry_w) - 1 for word in record_words(features)]
     start_clock(dut)
-    dut.cfg_width.value, dut.cfg_height.value = SIZE
+    dut.cfg_width.value, dut.cfg_height.value = size
     dut.test_valid.value = 0
     blender = Blender(dut, patience)
     await reset(dut)
@@ -79,7 +81,8 @@ async def run(dut, lengths: list[int], patience: int, check_cycles: bool) -> Non
     origins = [(0, 0), (128, 64), (64, 0), (128, 0), (0, 64)]
     batches, first = [], 0
     for at, n in enumerate(lengths):
-        batches.append((range(first, first + n), *origins[at % len(origins)]))
+        x0, y0 = origins[at % len(origins)]
+        batches.append((range(first, first + n), x0 + far[0], y0 + far[1]))
         first += n
     hits, reads, wanted, at = [], [], [], 0
     offered = False
@@ -99,7 +102,7 @@ async def run(dut, lengths: list[int], patience: int, check_cycles: bool) -> Non
             outputs = (dut.hit_group, dut.hit_slot, dut.hit_units, dut.hit_first, dut.hit_last)
             hits.append((cycle(), *(int(signal.value) for signal in outputs)))
         if offered and dut.test_issued.value:
-            found = group_tester.group_hits(bitmaps(features, slots, x0, y0))
+            found = group_tester.group_hits(bitmaps(features, slots, x0, y0, size))
             wanted += [(found[g], len(slots)) for g in range(params.GROUPS) if len(slots)]
             at, offered = at + 1, False
             dut.test_valid.value = 0
@@ -132,6 +135,12 @@ async def run(dut, lengths: list[int], patience: int, check_cycles: bool) -> Non
 @cocotb.test()
 async def test_hits_and_lists(dut):
     await run(dut, [40, 0, 1, 1, 25], patience=20, check_cycles=False)
+
+
+@cocotb.test()
+async def test_a_full_batch_of_large_ones_in_the_far_corner(dut):
+    """Lists of up to 256; positions up to the end of their range."""
+    await run(dut, [params.CHUNK, 3], patience=1, check_cycles=False, far=(8000, 8064), sigma=60.0)
 
 
 @cocotb.test()
