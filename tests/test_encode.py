@@ -13,9 +13,9 @@ from mpmath import mp, mpf
 from golden import records
 from golden.formats import REFERENCE, record_offsets
 from golden.hard_cases import exact
+from golden.hard_cases.setting import camera_a, gaussians
 from golden.preprocess import encode, project
 from golden.raster_core.intersection_test_unit import bound
-from tests.hard_cases.setting import camera_a, gaussians
 from tests.test_preprocess import random_scene, tilted
 
 

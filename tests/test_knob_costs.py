@@ -12,6 +12,7 @@ from golden import params, scene, tables
 from golden.errors import InputError
 from golden.formats import REFERENCE
 from golden.frame import Frame
+from golden.hard_cases.setting import camera_a
 from golden.records import INVALID
 from golden.settings import CHUNKS, Settings, parse
 from golden.slice import sort_jobs
@@ -20,7 +21,6 @@ from golden.timing import jobs, memory, simulate
 from golden.timing.accelerator import Accelerator
 from golden.timing.address_map import LINE, list_lines
 from golden.timing.hardware import HARDWARE, configure
-from tests.hard_cases.setting import camera_a
 from tests.hard_cases.test_tables import check_invariants, crowd
 from tests.test_knobs import SIZE, frames, pair, same, track, walls
 

@@ -13,13 +13,13 @@ from golden.cosim import compare
 from golden.errors import InputError
 from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, tiles_of
+from golden.hard_cases.setting import camera_a, gaussians, merge, yaw
 from golden.raster_core.raster_core import rasterise
 from golden.records import INVALID, indices_of, keys_of
 from golden.settings import CHUNKS, Settings, parse
 from golden.slice import sort_jobs
 from golden.sorting_core import sorting_core
 from golden.tables import Lists
-from tests.hard_cases.setting import camera_a, gaussians, merge, yaw
 from tests.hard_cases.test_tables import check_invariants, crowd
 
 SIZE = 128, 128

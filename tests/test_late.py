@@ -11,6 +11,7 @@ from golden.cameras.camera import look_at
 from golden.errors import InputError
 from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, tiles_of
+from golden.hard_cases.setting import camera_a, gaussians, merge, yaw
 from golden.raster_core.late_core import rasterise_late
 from golden.records import (
     INVALID,
@@ -23,7 +24,6 @@ from golden.records import (
 )
 from golden.settings import Settings
 from golden.sorting_core import merge_sort_unit, sorting_core
-from tests.hard_cases.setting import camera_a, gaussians, merge, yaw
 from tests.hard_cases.test_tables import check_invariants, crowd
 
 KEY_MASK = (1 << REFERENCE.key_w) - 1

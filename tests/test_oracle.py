@@ -11,12 +11,12 @@ import pytest
 from golden import metrics, oracle, params, records
 from golden.cameras.camera import Camera
 from golden.formats import REFERENCE
+from golden.hard_cases.setting import camera_a, gaussians, merge
 from golden.preprocess import Features, Projection, duplicate, encode, project
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.raster_core import rasterise
 from golden.scene.gaussians import Gaussians
-from tests.hard_cases.setting import camera_a, gaussians, merge
 
 DIAGONAL = (0.9238795, 0, 0, 0.3826834)  # 45 degrees about z
 LSB = 1 / 255

@@ -9,10 +9,10 @@ from golden import metrics, scene
 from golden.errors import InputError
 from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer, parse_sorting, tiles_of
+from golden.hard_cases.setting import camera_a, yaw
 from golden.raster_core.raster_core import rasterise
 from golden.records import INVALID, entries, indices_of
 from golden.settings import Settings, parse
-from tests.hard_cases.setting import camera_a, yaw
 from tests.hard_cases.test_tables import check_invariants, crowd
 
 STRATEGIES = ["reuse", "full", "hierarchical", "periodic:3", "background:2"]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from golden.frame import Renderer
+from golden.hard_cases.setting import camera_a
 from golden.settings import Settings
 from golden.timing import gpu
 from golden.timing.tiles16 import boxes, split
-from tests.hard_cases.setting import camera_a
 from tests.test_preprocess import random_scene, tilted
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from golden.formats import REFERENCE
 from golden.frame import Renderer
+from golden.hard_cases.setting import camera_a, gaussians, merge, yaw
 from golden.records import indices_of
 from golden.settings import Settings
 from golden.timing import clusters
@@ -18,7 +19,6 @@ from golden.timing.address_map import BLOCK, LINE, PAGE, Formats, image_lines, l
 from golden.timing.combine import append, flush, new_buffer
 from golden.timing.preprocess_engine import preprocess, tiles_in_box
 from golden.timing.preprocess_lines import CULL_CYCLES, KINDS
-from tests.hard_cases.setting import camera_a, gaussians, merge, yaw
 from tests.test_preprocess import random_scene, tilted
 
 SIZE = 200, 136

@@ -11,11 +11,11 @@ from golden import params
 from golden.cosim.compare import Cosim
 from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer
+from golden.hard_cases.setting import camera_a, yaw
 from golden.records import INDEX_MASK, INVALID, entries_of, indices_of
 from golden.settings import Settings
 from golden.tables import Lists
 from tests.fuzz.rtl import Bound
-from tests.hard_cases.setting import camera_a, yaw
 from tests.hard_cases.test_tables import check_invariants, crowd
 
 N = 3000
