@@ -147,7 +147,7 @@ def p09(run: Run) -> None:
     same, codes, error = 0, 0, 0.0
     for q in ([0.5, 0.5, 0.5, 0.5], [0.1, -0.7, 0.2, 0.4]):
         scene = gaussians([(0.3, -0.2, 2)] * len(factors), (0.3, 0.1, 0.03), quats=factors[:, None] * np.array(q))
-        p = project(scene, camera_a())
+        p = run.frame(scene, camera_a()).projection
         same += int((p.cov2d[0] != p.cov2d[1]).sum())
         chol = encode(run.formats, p).chol
         codes = max(codes, int(np.abs(chol - chol[0]).max()))

@@ -114,8 +114,7 @@ def t05(run: Run) -> None:
     wall = gaussians(rng.uniform(-0.3, 0.3, (60, 3)) + (0, 0, 0.8), scales=0.19, opacities=0.99, colours=0.5)
     closed = merge(back, wall)
     opened = merge(back, replace(wall, opacities=np.zeros(60)))
-    quiet = Run(run.settings)
-    both, alone = quiet.sequence(closed), quiet.sequence(opened)
+    both, alone = run.sequence(closed), Run(run.settings).sequence(opened)
     cameras = [camera_a(rotation=yaw(0.5 * (step - 20))) for step in range(41)]
     for camera in cameras[:-1]:
         hidden, seen = both.frame(camera), alone.frame(camera)
