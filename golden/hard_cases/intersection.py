@@ -136,7 +136,7 @@ def i07(run: Run) -> None:
     "raster_core/test_raster_lane: many_empty_tiles_wait_for_their_responses",
 )
 def i08(run: Run) -> None:
-    background = [2**18, 2**19, 2**20]
+    background = [2 ** (run.formats.acc_f - k) for k in (2, 1, 0)]
     for name, scene in (("no Gaussian", np.zeros((0, 3))), ("all behind", [(0, 0, -1), (1, 0, -2)])):
         frame = run.frame(gaussians(scene), camera_a(), background="0.25,0.5,1")
         values = np.unique(frame.raster.value.reshape(-1, 3), axis=0).tolist()
