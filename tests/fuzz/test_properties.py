@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from golden import frame as frames
 from golden.formats import BUILD
 from golden.frame import Renderer
+from golden.hard_cases.setting import camera_a, gaussians
 from golden.settings import Settings
 from tests.fuzz import properties, rtl, runs, stimulus, table_properties
-from golden.hard_cases.setting import camera_a, gaussians
 
 PROPERTIES = properties.TARGETS | table_properties.TARGETS
 FAST = settings(

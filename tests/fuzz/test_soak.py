@@ -10,9 +10,9 @@ import pytest
 
 from golden.cameras.camera import Camera
 from golden.frame import Renderer
+from golden.hard_cases.setting import camera_a, yaw
 from golden.settings import Settings
 from tests.fuzz.properties import check_frame
-from golden.hard_cases.setting import camera_a, yaw
 from tests.hard_cases.test_tables import crowd
 
 FRAMES = 1000
