@@ -10,6 +10,7 @@ from golden.report.accuracy.rows import PARTS, cheapest, front
 DECIBELS = (40, 50, 60, 70)
 SAME_DB, SAME_TIME = 0.5, 0.02  # a knob that changes less does not matter: dB; share of time and of bytes
 ENDS = "end"
+NOT_SETTINGS = ("again", "random order")  # ends of the scale that nobody would build
 HALF, MOST = "0.5 LSB, root mean square", "99.9 % of the pixels within 1 LSB"
 LINES = 30  # of what is left out
 
@@ -48,12 +49,13 @@ COLUMNS = [
 
 
 def _candidates(table: list[dict]) -> list[dict]:
-    """Settings on the units and the bandwidth of the reference machines; an end of the scale is none."""
+    """Settings on the units and the bandwidth of the reference machines, the exact one too."""
     other = {f"channels={number}" for number in CHANNELS if number != CHANNELS[1]}
     return [
         row
         for row in table
-        if (row["family"] not in ("machine", "ends") or row["knob"] == REFERENCE)
+        if (row["family"] != "machine" or row["knob"] == REFERENCE)
+        and row["value"] not in NOT_SETTINGS
         and not other & set(row["set"].split())
     ]
 
