@@ -7,7 +7,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
-from golden.formats import BUILD
+from golden.formats import BUILD, narrow
 from golden.raster_core import queue_blender as golden
 from golden.raster_core import subtile_blender
 from golden.raster_core import subtile_compute_unit as scu
@@ -31,7 +31,7 @@ class Tile:
         self.hits: list = []  # of each batch: [GROUPS, UNITS] hits
         self.operations: list = []
         self.blends = 0
-        self.state = np.empty((params.SUBTILES, 4, scu.PIXELS), np.int32)
+        self.state = np.empty((params.SUBTILES, 4, scu.PIXELS), np.int32 if narrow(BUILD) else np.int64)
 
     def blend(self, features, size) -> None:
         """Everything that does not depend on time."""

@@ -5,7 +5,7 @@ import numpy as np
 from cocotb.triggers import RisingEdge
 
 from golden import params
-from golden.formats import BUILD
+from golden.formats import BUILD, narrow
 from golden.raster_core import subtile_blender as golden
 from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.stream import cycle, reset, rng, start_clock
@@ -66,7 +66,7 @@ class Bench:
     async def tile(self, x0: int, y0: int, batches: list, origin: int, free: int) -> int:
         """One tile; batches: (Gaussians of the slots, lists [GROUPS][UNITS] of slots). The cycle of resolve_start."""
         dut = self.dut
-        state = np.empty((params.SUBTILES, 4, scu.PIXELS), np.int32)
+        state = np.empty((params.SUBTILES, 4, scu.PIXELS), np.int32 if narrow(BUILD) else np.int64)
         golden.fresh_tile(BUILD, state, x0, y0, *self.size)
         held, timed = np.full(UNITS, golden.NONE, np.int64), np.full(UNITS, golden.NONE, np.int64)
         known_done = np.zeros(params.SUBTILES, np.bool_)
