@@ -8,11 +8,10 @@ import json
 import numpy as np
 import pytest
 
-from golden import cli, formats
+from golden import cli
 from golden.cosim import compare
 from golden.errors import InputError
 from golden.records import INVALID
-from golden.settings import Settings
 
 pytestmark = pytest.mark.slow  # builds the RTL model: a minute where it is not there yet
 
@@ -37,10 +36,9 @@ def test_rtl_equals_golden(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("setting", ["small", "wide"])
-def test_rtl_equals_golden_at_other_number_formats(setting, monkeypatch, capsys):
+def test_rtl_equals_golden_at_other_number_formats(setting, capsys):
     """Entries of 5 and 7 bytes, records of 24 and 32; tables, bitmaps, pixels and cycles."""
-    monkeypatch.setattr(Settings, "formats", lambda self: formats.make(**formats.PRESETS[setting]))
-    assert cli.run([*RUN, "--frames", "3"]) == 0
+    assert cli.run([*RUN, "--frames", "3", "--set", f"setting={setting}"]) == 0
     assert "0 differences in 3 frames" in capsys.readouterr().out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import pairwise
 
 import cocotb
@@ -11,12 +12,12 @@ from cocotb.triggers import RisingEdge
 from golden import params, records
 from golden.cameras import default_view, path
 from golden.cameras.camera import look_at
-from golden.formats import BUILD
+from golden.formats import BUILD, VARIABLE
 from golden.frame import Renderer, tiles_of
 from golden.raster_core import candidate_tester, late_buffer, late_core, late_timing, pixel_resolver
 from golden.raster_core.group_finder import mask
 from golden.scene import load
-from golden.settings import Settings
+from golden.settings import parse
 from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, start_clock
 from tb.raster_core.scenes import every_entry, record_words, scene, tiles, walls
 from tb.raster_core.test_raster_core import PX, UPD, Memory, Timed, expected_pixels, some, watch_trace
@@ -227,7 +228,8 @@ async def test_two_tiles_of_a_moving_room(dut):
     room = load("builtin:room?n=6000")
     eye, at, up, fovy = default_view(room)
     size = 320, 192
-    renderer = Renderer(room, Settings(), late=True)
+    settings = parse([f"setting={os.environ.get(VARIABLE, 'reference')}"])
+    renderer = Renderer(room, settings, late=True)
     for camera in path("orbit", look_at(eye, at, up, fovy, *size), range(3), 30, 1.0, at, 1.0, 0, up):
         frame = renderer.frame(camera)
     lengths = frame.merged.lengths
