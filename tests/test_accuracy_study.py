@@ -187,7 +187,16 @@ def test_the_models_miss_what_they_say():
 
 def made(**changes) -> dict:
     """A row with made-up numbers."""
-    return {"knob": "depth", "family": "order", "set": "", "ms_p50": 1.0, "mb": 1.0, "psnr_min_db": 50.0, **changes}
+    return {
+        "knob": "depth",
+        "family": "order",
+        "value": "",
+        "set": "",
+        "ms_p50": 1.0,
+        "mb": 1.0,
+        "psnr_min_db": 50.0,
+        **changes,
+    }
 
 
 def test_the_cheapest_is_the_fastest_that_meets_the_target():
@@ -203,7 +212,7 @@ def test_more_units_or_bandwidth_is_no_cheaper_setting():
         made(knob="channels", family="machine", set="channels=16", ms_p50=0.1),
         made(knob="grid", family="grid", set="channels=8 depth=fresh", ms_p50=0.2),
         made(knob="grid", family="grid", set="channels=4 depth=fresh", ms_p50=0.9, max_lsb=3.0, percent_above_1_lsb=1),
-        made(knob="end", family="ends", ms_p50=0.1),
+        made(knob="end", family="ends", value="random order", ms_p50=0.1),
     ]  # fmt: skip
     assert dict(answer.targets(table))["40 dB"] is table[2]
 
