@@ -163,7 +163,7 @@ class Renderer:
         rebuilt = (table.lengths > 0) & (new.lengths > settings.rebuild_limit(self.late) * now) & ~overfull
         table = table.without(overfull | rebuilt | damaged)
         if self.depth == "fresh":
-            table = tables.renewed(table, features.key)
+            table = tables.renewed(table, features.key, features.visible)
         keys = features.key, self._keys(self.view) if self.view else features.key
         incoming, overflow = tables.incoming(pairs, new, table.lengths == 0, keys, settings.capacity)
         counters = {

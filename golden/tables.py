@@ -177,12 +177,16 @@ def shuffle(lists: Lists, seed: tuple[int, ...]) -> Lists:
     return Lists(lists.offsets, lists.words[order])
 
 
-def renewed(table: Lists, key: np.ndarray) -> Lists:
-    """The tables in the order that they have, the valid entries with the keys `key` [N]."""
+def renewed(table: Lists, key: np.ndarray, visible: np.ndarray) -> Lists:
+    """The tables in the order that they have, the valid entries of what is in sight with the keys `key` [N].
+
+    What went out of sight keeps its key: with the largest one it would hold up the merge behind its chunk.
+    """
     words = table.words.copy()
-    valid = words < INVALID
-    index = records.indices_of(words[valid])
-    words[valid] = records.entries(key[index], index)
+    here = words < INVALID
+    here[here] = visible[records.indices_of(words[here])]
+    index = records.indices_of(words[here])
+    words[here] = records.entries(key[index], index)
     return Lists(table.offsets, words)
 
 

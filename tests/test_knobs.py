@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden import metrics, params
+from golden import metrics, params, records, tables
 from golden.cameras.camera import extrapolate
 from golden.cosim import compare
 from golden.errors import InputError
@@ -88,7 +88,9 @@ def test_fresh_keys_are_those_of_the_frame_and_stale_ones_a_frame_late():
     fresh, stale = frames(cameras, depth="fresh"), frames(cameras)
     for frame in fresh:
         check_invariants(frame)
-        assert np.array_equal(keys_of(frame.order.words), frame.features.key[indices_of(frame.order.words)])
+        index = indices_of(frame.order.words)
+        fresh_key = keys_of(frame.order.words) == frame.features.key[index]
+        assert np.array_equal(fresh_key, frame.features.visible[index])
     before = stale[1].features.key[indices_of(stale[2].table.words)]
     assert np.array_equal(keys_of(stale[2].table.words), before)
     assert not np.array_equal(stale[2].features.key[indices_of(stale[2].table.words)], before)
@@ -251,3 +253,11 @@ def test_the_rtl_is_not_asked_for_what_it_does_not_have(pair_of):
     compare.check(parse(["depth=consistent", "sh_degree=1"]))
     with pytest.raises(InputError, match=pair_of):
         compare.check(parse([pair_of]))
+
+
+def test_fresh_keys_leave_what_went_out_of_sight_where_it_was():
+    """Found: with the largest key it held up the merge, and all incoming entries lined up behind its chunk."""
+    table = Lists(np.array([0, 3]), records.entries(np.array([5, 6, 7]), np.array([0, 1, 2])))
+    key = np.array([9, (1 << 23) - 1, 4])
+    got = tables.renewed(table, key, np.array([True, False, True])).words
+    np.testing.assert_array_equal(got, records.entries(np.array([9, 6, 4]), np.array([0, 1, 2])))
