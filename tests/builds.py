@@ -164,6 +164,8 @@ def run(bench: Bench, simulator: str = "verilator", test: str | None = None, wav
     failed = None
     try:
         build_args = [*BUILD_ARGS[simulator], *(COVERAGE_ARGS if bench.coverage else [])]
+        if bench.files and simulator == "verilator":  # it sees loops in netlists; synth/timing.py finds real ones
+            build_args.append("-Wno-UNOPTFLAT")
         runtime = Runtime(bench.coverage) if simulator == "verilator" and not waves else None
         if runtime:
             build_args += runtime.args()
