@@ -1,7 +1,8 @@
 """The cell table asap7_cells.csv: area, pins, functions and delays of the cells that mapping uses.
 
 A row is one arc of a cell: from an input pin to an output pin (positive, negative or both: how an edge passes), from
-the clock (clock), or the time data must be there before it (setup). Units: um2, fF, ps, pW, fJ.
+the clock (clock), from the clock to a gated clock (gated), or the time data or an enable must be there before the clock
+(setup); an input of a clock gate that is held at 0 has neither (tie). Units: um2, fF, ps, pW, fJ.
 
 Delay and output slew are five numbers each, for an edge that rises and one that falls at the output (setup: at the data
 pin):  c0 + c1 * load + c2 * sqrt(slew) + c3 * slew + c4 * sqrt(slew * load),  slew being the 10-90 % time of the edge
@@ -53,6 +54,15 @@ class Cell:
     @property
     def sequential(self) -> bool:
         return any(arc.kind == "clock" for arc in self.arcs)
+
+    @property
+    def clock_gate(self) -> bool:
+        return any(arc.kind == "gated" for arc in self.arcs)
+
+    def pin(self, kind: str) -> str:
+        """The one input of a kind."""
+        (pin,) = {arc.pin for arc in self.arcs if arc.kind == kind}
+        return pin
 
 
 def basis(slew, load):
@@ -119,7 +129,10 @@ def verilog(cells: dict[str, Cell]) -> str:
         ports = [f"input {pin}" for pin in cell.caps] + [f"output {pin}" for pin in cell.functions]
         lines.append(f"module {cell.name} ({', '.join(ports)});")
         for pin, function in cell.functions.items():
-            if cell.sequential:
+            if cell.clock_gate:  # a latch that is open while the clock is low
+                lines += ["    reg open;", f"    always @* if (!{cell.pin('gated')}) open = {cell.pin('setup')};"]
+                lines.append(f"    assign {pin} = {cell.pin('gated')} & open;")
+            elif cell.sequential:
                 data = re.sub(r"!", "~", function)
                 lines += ["    reg q;", f"    always @(posedge CLK) q <= {data};", f"    assign {pin} = q;"]
             else:
@@ -131,13 +144,15 @@ def verilog(cells: dict[str, Cell]) -> str:
 
 
 def cheapest(cells: dict[str, Cell], what: str) -> Cell:
-    """The smallest cell of a kind: flop, buffer, nand2, or the constants 1 and 0."""
+    """The smallest cell of a kind: flop, buffer, nand2, clock gate, or the constants 1 and 0."""
 
     def fits(cell: Cell) -> bool:
         functions = [re.sub(r"[()\s]", "", text) for text in cell.functions.values()]
         pins = list(cell.caps)
         if what == "flop":
             return cell.sequential
+        if what == "clock gate":
+            return cell.clock_gate
         if what == "nand2":
             return len(pins) == 2 and functions == [f"!{pins[0]}+!{pins[1]}"] and "x1_" in cell.name + "_"
         if what == "buffer":  # not the slow one that repairs hold times

@@ -2,7 +2,7 @@
 
 Each delay table becomes five coefficients: least squares of the relative error over slews up to 160 ps and all but the
 heaviest loads, where mapped nets lie. Tables of one arc that hold under different conditions (when) count with their
-larger value. Cells with latches, gated clocks, presets or scan are passed over.
+larger value. Cells with latches, presets or scan are passed over, but for clock gates of the kind latch_posedge.
 
 python -m synth.characterise LIBRARY.lib OUT.csv [--energy FILE.csv] [--cells NAMES]
 """
@@ -22,6 +22,7 @@ from synth.cells import Arc, Cell, basis, save
 
 KIND = {"positive_unate": "positive", "negative_unate": "negative", "non_unate": "both"}
 TABLES = ("cell_rise", "cell_fall", "rise_transition", "fall_transition")
+GATE_PINS = ("clock_gate_clock_pin", "clock_gate_enable_pin", "clock_gate_out_pin", "clock_gate_test_pin")
 SLEW_END = 160.0  # ps
 CLOCK_SLEW = 20.0  # ps, where setup is read
 HEAD = """Cells of ASAP7 7.5-track RVT at the typical corner (TT, 0.70 V, 25 C), reduced by synth/characterise.py; made
@@ -110,6 +111,7 @@ def arcs_of(output: Group, inputs: set[str]) -> list[Arc]:
         if pin not in inputs or not (edge.startswith("combinational") or edge == "rising_edge"):
             continue
         kind = "clock" if edge == "rising_edge" else KIND[timing.attributes["timing_sense"]]
+        kind = "gated" if "clock_gate_out_pin" in output.attributes else kind
         tables = found.setdefault((pin, kind), {})
         for group in timing.groups:
             tables.setdefault(group.kind, []).append(table(group))
@@ -141,14 +143,30 @@ def setup_of(pin: Group) -> list[Arc]:
     return []
 
 
+def clock_gate(group: Group) -> Cell:
+    """A clock gate: output = clock and what its enable was while the clock was low; a test enable is held at 0."""
+    pins = {role: pin for pin in group.all("pin") for role in GATE_PINS if role in pin.attributes}
+    clock, enable, out = (pins[role] for role in GATE_PINS[:3])
+    cell = Cell(group.args, float(group.attributes["area"]), float(group.attributes.get("cell_leakage_power", 0)))
+    cell.caps = {pin.args: float(pin.attributes["capacitance"]) for role, pin in pins.items() if pin is not out}
+    cell.functions = {out.args: f"({clock.args} * {enable.args})"}
+    cell.max_load = {out.args: float(out.attributes.get("max_capacitance", 0))}
+    cell.arcs = [*arcs_of(out, {clock.args}), *setup_of(enable)]
+    if GATE_PINS[3] in pins:
+        cell.arcs.append(Arc("", pins[GATE_PINS[3]].args, "tie", np.zeros((4, 5))))
+    return cell
+
+
 def cells_of(library: Group) -> dict[str, Cell]:
-    """Every combinational cell and plain flip-flop of a library."""
+    """Every combinational cell, plain flip-flop and clock gate of a library."""
     cells = {}
     for group in library.all("cell"):
         flops = group.all("ff")
         kinds = (
             {inner.kind for inner in group.groups} | set(group.attributes) | set(flops[0].attributes if flops else ())
         )
+        if group.attributes.get("clock_gating_integrated_cell", "").startswith("latch_posedge"):
+            cells[group.args] = clock_gate(group)
         if kinds & {"latch", "statetable", "clock_gating_integrated_cell", "clear", "preset"}:
             continue
         pins = {pin.args: pin for pin in group.all("pin")}

@@ -31,6 +31,7 @@ hierarchy -check -top {{top}}
 synth -run begin:fine -flatten
 tee -q -o memories.txt dump t:$mem_v2
 synth -run fine:check -noabc
+{{clock_gates}}
 dfflibmap -liberty cells.lib -dont_use *DFFHQx4*
 opt
 opt_clean -purge
@@ -40,6 +41,10 @@ opt_clean -purge
 write_json netlist.json
 write_verilog -noattr netlist.v
 """
+GATED = 4  # flip-flops of one enable that get a clock gate; multiplexers hold fewer
+CLOCK_GATES = f"""dffunmap -srst-only
+clockgate -min_net_size {GATED} -pos {{cell}} {{enable}}:{{clock}}:{{output}} {{ties}}
+opt"""
 ABC = f"""strash
 dc2
 &get -n
@@ -71,11 +76,15 @@ class Module:
 
 @dataclass(frozen=True)
 class Library:
-    """What mapping reads (`liberty`), the cells it may use, and a name for the folder of its results."""
+    """What mapping reads (`liberty`), the cells it may use, a name for the folder of its results, and the recipe.
+
+    `plain`: without clock gates and compressor trees.
+    """
 
     liberty: Path
     cells: dict[str, Cell]
     name: str
+    plain: bool = False
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -131,7 +140,19 @@ def script(module: Module, library: Library, inside: list[Path], edge: list[Path
     for option, value in (("hi", "1"), ("lo", "0")):
         cell = cheapest(library.cells, value)
         ties.append(f"-{option}cell {cell.name} {next(iter(cell.functions))}")
-    return "\n".join(read) + RECIPE.format(top=f"{module.name} {sizes}".strip(), ties=" ".join(ties))
+    parts = {"top": f"{module.name} {sizes}".strip(), "ties": " ".join(ties), "clock_gates": clock_gates(library)}
+    return "\n".join(read) + RECIPE.format(**parts)
+
+
+def clock_gates(library: Library) -> str:
+    """Commands that put clock gates in front of registers with an enable; none where the library has no such cell."""
+    if library.plain or not any(cell.clock_gate for cell in library.cells.values()):
+        return ""
+    cell = cheapest(library.cells, "clock gate")
+    ties = " ".join(f"-tie_lo {arc.pin}" for arc in cell.arcs if arc.kind == "tie")
+    (output,) = cell.functions
+    names = {"cell": cell.name, "enable": cell.pin("setup"), "clock": cell.pin("gated"), "output": output}
+    return CLOCK_GATES.format(**names, ties=ties)
 
 
 def yosys() -> list[str]:

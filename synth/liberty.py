@@ -10,7 +10,14 @@ from pathlib import Path
 
 from synth.cells import LOADS, SLEWS, Arc, Cell, grid, load
 
-SENSE = {"positive": "positive_unate", "negative": "negative_unate", "both": "non_unate", "clock": "non_unate"}
+SENSE = {
+    "positive": "positive_unate",
+    "negative": "negative_unate",
+    "both": "non_unate",
+    "clock": "non_unate",
+    "gated": "positive_unate",
+}
+GATE_ROLE = {"gated": "clock_gate_clock_pin", "setup": "clock_gate_enable_pin", "tie": "clock_gate_test_pin"}
 TABLES = ("cell_rise", "cell_fall", "rise_transition", "fall_transition")
 HEAD = """library (splatcore_asap7) {
  delay_model : table_lookup;
@@ -52,9 +59,12 @@ def group(cell: Cell) -> list[str]:
     lines = [f" cell ({cell.name}) {{", f"  area : {cell.area:g};", f"  cell_leakage_power : {cell.leakage:g};"]
     if cell.sequential:
         lines += ["  ff (q, q_n) {", '   clocked_on : "CLK";', '   next_state : "D";', "  }"]
+    if cell.clock_gate:
+        lines.append("  clock_gating_integrated_cell : latch_posedge;")
     for pin, function in cell.functions.items():
         shown = {"D": "q", "!D": "q_n"}[function.replace("(", "").replace(")", "")] if cell.sequential else function
-        lines += [f"  pin ({pin}) {{", "   direction : output;", f'   function : "{shown}";']
+        role = ["   clock_gate_out_pin : true;", "   state_function"] if cell.clock_gate else ["   function"]
+        lines += [f"  pin ({pin}) {{", "   direction : output;", *role[:-1], f'{role[-1]} : "{shown}";']
         if cell.max_load[pin]:
             lines.append(f"   max_capacitance : {cell.max_load[pin]:g};")
         for arc in cell.arcs:
@@ -62,8 +72,11 @@ def group(cell: Cell) -> list[str]:
                 lines += timing(arc)
         lines.append("  }")
     for pin, cap in cell.caps.items():
-        clock = ["   clock : true;"] if any(arc.pin == pin and arc.kind == "clock" for arc in cell.arcs) else []
-        lines += [f"  pin ({pin}) {{", "   direction : input;", *clock, f"   capacitance : {cap:g};", "  }"]
+        kinds = [arc.kind for arc in cell.arcs if arc.pin == pin]
+        role = ["   clock : true;"] if "clock" in kinds else []
+        if cell.clock_gate:
+            role = [f"   {GATE_ROLE[kind]} : true;" for kind in kinds]
+        lines += [f"  pin ({pin}) {{", "   direction : input;", *role, f"   capacitance : {cap:g};", "  }"]
     return [*lines, " }"]
 
 

@@ -30,7 +30,7 @@ def digest(module: str, seen: set[str] | None = None) -> str:
         used = sorted(set(re.findall(r"`(GS_\w+)", text)) & set(macros))
         found.update(" ".join([*text.split(), *(f"{name}={macros[name]}" for name in used)]).encode())
     table = [line for line in cells.TABLE.read_text().splitlines() if not line.startswith("#")]
-    found.update("\n".join([*table, flow.RECIPE, flow.ABC]).encode())
+    found.update("\n".join([*table, flow.RECIPE, flow.CLOCK_GATES, flow.ABC]).encode())
     return found.hexdigest()[:16]
 
 

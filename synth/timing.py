@@ -2,8 +2,9 @@
 
 Each net has an arrival time and a slew for its rising and its falling edge, both the worst of the arcs that end there.
 Paths start at flip-flops, memories and ports and end there; a port counts as a flip-flop of the neighbour, so that a
-unit is timed as if registers stood around it. A net's load is its pins and `wire` um of wire for each of them. No wire
-resistance, clock skew, cross talk or variation; hold is not looked at.
+unit is timed as if registers stood around it. The enable of a clock gate ends a path as the data of a flip-flop do. A
+net's load is its pins and `wire` um of wire for each of them. No wire resistance, clock skew, cross talk or variation;
+hold is not looked at.
 """
 
 from __future__ import annotations
@@ -79,13 +80,8 @@ def loads(design: Netlist, library: Library, wire: float) -> np.ndarray:
             np.add.at(load, nets[:, at], cell.caps[pin] + wire * WIRE_CAP)
     flop = cheapest(library.cells, "flop")
     np.add.at(load, design.memory_in, memories.PIN_CAP + wire * WIRE_CAP)
-    np.add.at(load, design.outputs, flop.caps[data_pin(flop)] + wire * WIRE_CAP)
+    np.add.at(load, design.outputs, flop.caps[flop.pin("setup")] + wire * WIRE_CAP)
     return load
-
-
-def data_pin(flop: Cell) -> str:
-    (pin,) = (arc.pin for arc in flop.arcs if arc.kind == "setup")
-    return pin
 
 
 def clock_arc(flop: Cell):
@@ -147,8 +143,8 @@ def ends(design: Netlist, library: Library, slew: np.ndarray) -> list[tuple[str,
     found = [("memory", design.memory_in, None), ("port", design.outputs, cheapest(library.cells, "flop"))]
     for kind, nets in design.gates.items():
         cell = library.cells[kind]
-        if cell.sequential:
-            found.append((kind, nets[:, pins(cell).index(data_pin(cell))], cell))
+        if cell.sequential or cell.clock_gate:
+            found.append((kind, nets[:, pins(cell).index(cell.pin("setup"))], cell))
     result = []
     for name, nets, cell in found:
         for edge in (RISE, FALL):

@@ -13,7 +13,8 @@ from synth.flow import Library, Module
 from tests import builds
 from tests.builds import ROOT, Bench
 
-LINT_OFF = "".join(f"/* verilator lint_off {rule} */\n" for rule in ("DECLFILENAME", "UNUSEDSIGNAL", "UNUSEDPARAM"))
+WAIVED = ("DECLFILENAME", "UNUSEDSIGNAL", "UNUSEDPARAM", "LATCH")
+LINT_OFF = "".join(f"/* verilator lint_off {rule} */\n" for rule in WAIVED)
 
 
 def header(text: str) -> str:
