@@ -19,17 +19,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from golden.errors import InputError
-from synth.cells import Cell, cheapest
+from synth import compressor
+from synth.cells import Cell, cheapest, verilog
 from tests.builds import ROOT, modules
 
 BUILD = ROOT / "build" / "synth"
 DELAY = 650  # ps that mapping may spend between registers: 1 ns less a flip-flop and wires
 SECONDS = 3600  # for one run of Yosys, on a machine that may be busy
 MACRO = "gs_ram"
-RECIPE = f"""
-hierarchy -check -top {{top}}
+COARSE = """
+hierarchy -check -top {top}
 synth -run begin:fine -flatten
 tee -q -o memories.txt dump t:$mem_v2
+write_json coarse.json
+"""
+FINE = f"""read_json coarse.json
+read_verilog -lib adders.v
 synth -run fine:check -noabc
 {{clock_gates}}
 dfflibmap -liberty cells.lib -dont_use *DFFHQx4*
@@ -45,8 +50,10 @@ GATED = 4  # flip-flops of one enable that get a clock gate; multiplexers hold f
 CLOCK_GATES = f"""dffunmap -srst-only
 clockgate -min_net_size {GATED} -pos {{cell}} {{enable}}:{{clock}}:{{output}} {{ties}}
 opt"""
+LIMIT = 900  # ps zero-wire: a longer path between registers has a module mapped for speed
+AREA = "dc2"  # restructures for area; it undoes fast adders
 ABC = f"""strash
-dc2
+{{area}}
 &get -n
 &dch -f
 &nf -D {DELAY}
@@ -131,8 +138,8 @@ def sources(name: str) -> tuple[list[Path], list[Path]]:
     return inside, sorted(edge)
 
 
-def script(module: Module, library: Library, inside: list[Path], edge: list[Path]) -> str:
-    """Yosys commands."""
+def script(module: Module, library: Library, inside: list[Path], edge: list[Path]) -> tuple[str, str]:
+    """Yosys commands up to the netlist of words, and from there."""
     read = [f"read_verilog -I. {path.name}" for path in inside]
     read += [f"read_verilog -I. -lib {path.name}" for path in edge]
     sizes = " ".join(f"-chparam {name} {value}" for name, value in module.parameters)
@@ -140,8 +147,8 @@ def script(module: Module, library: Library, inside: list[Path], edge: list[Path
     for option, value in (("hi", "1"), ("lo", "0")):
         cell = cheapest(library.cells, value)
         ties.append(f"-{option}cell {cell.name} {next(iter(cell.functions))}")
-    parts = {"top": f"{module.name} {sizes}".strip(), "ties": " ".join(ties), "clock_gates": clock_gates(library)}
-    return "\n".join(read) + RECIPE.format(**parts)
+    first = "\n".join(read) + COARSE.format(top=f"{module.name} {sizes}".strip())
+    return first, FINE.format(ties=" ".join(ties), clock_gates=clock_gates(library))
 
 
 def clock_gates(library: Library) -> str:
@@ -182,6 +189,15 @@ def run(folder: Path, text: str, seconds: float = SECONDS) -> str:
     return log
 
 
+def compress(path: Path, module: Module, library: Library) -> None:
+    """Replace multiplies and sums in Yosys' netlist of words by trees of full adders."""
+    if not path.exists():
+        return  # the next run of Yosys says so
+    design = json.loads(path.read_text())
+    compressor.compress(design["modules"][module.name], library.cells)
+    path.write_text(json.dumps(design))
+
+
 def read_results(folder: Path) -> dict:
     """ABC's longest path in ps and the bits of arrays that became flip-flops, from the files of a run."""
     for name in ("netlist.json", "netlist.v", "memories.txt"):
@@ -196,16 +212,46 @@ def read_results(folder: Path) -> dict:
     return {"abc_ps": max(delays, default=None), "memory_bits": bits}
 
 
+def map_words(work: Path, commands: str, module: Module, library: Library) -> None:
+    """From the netlist of words to cells."""
+    from synth.netlist import alone  # these two stand on this module
+    from synth.timing import longest
+
+    results = ("netlist.json", "netlist.v", "stats.txt")
+    periods = {}
+    for area in (AREA, ""):
+        (work / "abc.txt").write_text(ABC.format(area=area))
+        for name in results:
+            (work / name).unlink(missing_ok=True)
+        run(work, commands)
+        if library.plain or not (work / "netlist.json").exists():
+            return
+        design = alone(json.loads((work / "netlist.json").read_text()), module, library)
+        periods[area] = longest(design, library).period
+        if periods[area] <= LIMIT:
+            return
+        (work / (area or "fast")).mkdir()
+        for name in results:
+            if (work / name).exists():
+                shutil.copy(work / name, work / (area or "fast"))
+    if periods[AREA] <= periods[""]:
+        for path in (work / AREA).iterdir():
+            shutil.copy(path, work)
+
+
 def map_module(module: Module, library: Library) -> Mapped:
-    """Map a module; a result of the same inputs in build/synth is used again."""
+    """Map a module; a result of the same inputs in build/synth is used again.
+
+    A path that is too long has it mapped again without AREA, and the faster of both is kept.
+    """
     inside, edge = sources(module.name)
     folder = BUILD / library.name / module.label
     commands = script(module, library, inside, edge)
     buffer = cheapest(library.cells, "buffer").name
     drive = f"set_driving_cell {buffer}\nset_load 1.0\n"
     read = [*inside, *edge, ROOT / "rtl" / "gs_params.vh", library.liberty]
-    digest = hashlib.sha256("\0".join([commands, ABC, drive]).encode())
-    for path in read:
+    digest = hashlib.sha256("\0".join([*commands, ABC, drive]).encode())
+    for path in [*read, *([] if library.plain else [Path(compressor.__file__)])]:
         digest.update(path.read_bytes())
     done = folder / "done.json"
     if not done.exists() or json.loads(done.read_text())["inputs"] != digest.hexdigest():
@@ -215,9 +261,13 @@ def map_module(module: Module, library: Library) -> Mapped:
             shutil.copy(path, work)
         shutil.copy(library.liberty, work / "cells.lib")
         (work / "drive.txt").write_text(drive)
-        (work / "abc.txt").write_text(ABC)
+        adders = [cell.name for cell in (compressor.adder(library.cells, n) for n in (2, 3)) if cell]
+        (work / "adders.v").write_text(verilog({name: library.cells[name] for name in adders}))
         start = time.monotonic()
-        run(work, commands)
+        run(work, commands[0])
+        if not library.plain:
+            compress(work / "coarse.json", module, library)
+        map_words(work, commands[1], module, library)
         result = {"inputs": digest.hexdigest(), "seconds": round(time.monotonic() - start, 1), **read_results(work)}
         (work / "done.json").write_text(json.dumps(result))
         shutil.rmtree(folder, ignore_errors=True)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from synth.cells import Cell
-from synth.flow import MACRO, Library, Mapped, Module, map_module
+from synth.flow import MACRO, Library, Module, map_module
 from synth.memories import Memory
 
 CONSTANTS = 2  # nets 0 and 1 hold these values
@@ -54,7 +54,7 @@ def parts(module: Module, library: Library) -> tuple[tuple[str, Module], ...]:
     return tuple(
         (name, module_of(cell, netlist))
         for name, cell in cells
-        if cell["type"] in netlist["modules"] and cell["type"] != MACRO
+        if cell["type"] in netlist["modules"] and cell["type"] != MACRO and cell["type"] not in library.cells
     )
 
 
@@ -71,8 +71,8 @@ def mapped_tree(module: Module, library: Library) -> dict[Module, int]:
 class Builder:
     """Joins one module's cells with its parts' netlists."""
 
-    def __init__(self, mapped: Mapped, module: Module, library: Library):
-        self.json = mapped.netlist
+    def __init__(self, design: dict, module: Module, library: Library):
+        self.json = design
         self.top = self.json["modules"][module.name]
         self.library = library
         self.net: dict = {"0": 0, "1": 1, "x": 0, "z": 0}
@@ -81,6 +81,7 @@ class Builder:
         self.blocks: dict[str, list[np.ndarray]] = {}
         self.memory_in: list = []
         self.memory_out: list = []
+        self.sides: list[str] = []  # of each port: input, output, or nothing for the clock
         self.same: list[tuple[int, int]] = []  # nets that a part joins
 
     def id(self, bit) -> int:
@@ -120,9 +121,19 @@ class Builder:
         for memory, count in part.memories.items():
             self.out.memories[memory] = self.out.memories.get(memory, 0) + count
 
-    def build(self) -> Netlist:
+    def leave_out(self, cell: dict) -> None:
+        """A part's ports become ours."""
+        for port, bits in cell["connections"].items():
+            if port != "clk":
+                side = "output" if cell["port_directions"][port] == "input" else "input"
+                self.out.ports[f"part {len(self.out.ports)}"] = self.ids(bits)
+                self.sides.append(side)
+
+    def build(self, whole: bool = True) -> Netlist:
+        """`whole`: with its parts inside; else their ports are ends of paths."""
         for port, info in self.top["ports"].items():
             self.out.ports[port] = self.ids(info["bits"])
+            self.sides.append("" if port == "clk" else info["direction"])
         for cell in self.top["cells"].values():
             kind, wires = cell["type"], cell["connections"]
             if kind in self.library.cells:
@@ -130,6 +141,8 @@ class Builder:
                 self.rows.setdefault(kind, []).append([self.id(wires[p][0]) if wires.get(p) else 0 for p in order])
             elif kind == MACRO:
                 self.add_memory(cell, module_of(cell, self.json))
+            elif kind in self.json["modules"] and not whole:
+                self.leave_out(cell)
             elif kind in self.json["modules"]:
                 self.add_part(cell, netlist(module_of(cell, self.json), self.library))
             else:
@@ -147,9 +160,9 @@ class Builder:
         out.gates = {kind: final[np.concatenate(blocks)] for kind, blocks in sorted(self.blocks.items())}
         out.ports = {port: final[nets] for port, nets in out.ports.items()}
         sides = {"input": [], "output": []}
-        for port, nets in out.ports.items():
-            if port != "clk":
-                sides[self.top["ports"][port]["direction"]].append(nets)
+        for side, nets in zip(self.sides, out.ports.values(), strict=True):
+            if side:
+                sides[side].append(nets)
         out.inputs, out.outputs = (np.concatenate(sides[side] or [np.zeros(0, int)]) for side in sides)
         out.memory_in, out.memory_out = final[np.array(self.memory_in, int)], final[np.array(self.memory_out, int)]
         return out
@@ -158,7 +171,12 @@ class Builder:
 @cache
 def netlist(module: Module, library: Library) -> Netlist:
     """The flat netlist of a module."""
-    return Builder(map_module(module, library), module, library).build()
+    return Builder(map_module(module, library).netlist, module, library).build()
+
+
+def alone(design: dict, module: Module, library: Library) -> Netlist:
+    """The netlist of a module's own cells, from what Yosys wrote."""
+    return Builder(design, module, library).build(whole=False)
 
 
 def area(design: Netlist, library: Library) -> float:

@@ -7,7 +7,7 @@ import json
 import re
 from pathlib import Path
 
-from synth import cells, flow, netlist, timing
+from synth import cells, compressor, flow, netlist, timing
 from synth.flow import DELAY, Library, Module
 from tests.builds import ROOT
 
@@ -36,7 +36,8 @@ def digest(module: str) -> str:
     """Of the RTL of a module, the cell table and the recipe."""
     rows = cells.TABLE.read_text().splitlines()
     table = [line for line in rows if not line.startswith("#") and ",energy,,,," not in line]
-    text = rtl_text(module) + "\n".join([*table, flow.RECIPE, flow.CLOCK_GATES, flow.ABC])
+    recipe = [flow.COARSE, flow.FINE, flow.CLOCK_GATES, flow.ABC, Path(compressor.__file__).read_text()]
+    text = rtl_text(module) + "\n".join([*table, *recipe])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
