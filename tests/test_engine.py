@@ -10,6 +10,7 @@ import pytest
 from golden import cameras, scene, slice
 from golden.cameras.camera import look_at
 from golden.frame import Renderer, tiles_of
+from golden.raster_core import raster_lane, timing
 from golden.settings import Settings
 from golden.timing import accelerator as accelerator_module
 from golden.timing import memory, raster_state
@@ -76,3 +77,14 @@ def test_a_broken_formula_is_seen(monkeypatch, owner, name, event):
     trace = on_engine(Accelerator(SLICE, gaussians, *SIZE), frame)
     want = on_slice(frame)
     assert not np.array_equal(getattr(trace, event), want.sorted if event == "ready" else getattr(want, event))
+
+
+def test_a_short_first_batch_leaves_its_tile_open():
+    """With late sort every other frame begins with half a batch; the lane takes no other tile before the list's end."""
+    for over in (False, True):
+        state = raster_lane.new_state()
+        raster_lane.begin_tile(state, 0)
+        before = state[[raster_lane.LIST_FREE, timing.TILE]]
+        arrivals = np.arange(10, 10 + 128 + over)
+        raster_lane.request_batch(state, arrivals, np.full(128, 3), 3, np.zeros(128, np.int64))
+        assert ((state[[raster_lane.LIST_FREE, timing.TILE]] > before) == over).all()

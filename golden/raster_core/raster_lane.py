@@ -111,7 +111,7 @@ def request_batch(state, arrivals, heads, whole, asked):
     for k in range(m):
         fill = max(fill, arrivals[k], state[ROOM]) + 1
         asked[k] = _ask(state, fill, 2 if heads[k] < whole else 1)
-    last = m < params.CHUNK
+    last = len(arrivals) > m
     if last:
         end = max(fill, arrivals[m], state[ROOM])
         state[LIST_FREE] = dma.list_next(end)

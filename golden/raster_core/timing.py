@@ -86,11 +86,11 @@ def close_batch(state, fill, last):
 def request_batch(state, arrivals, requests):
     """Entries of the tile's next batch; returns the cycle behind its last beat.
 
-    arrivals int64[m] of a full batch, int64[m + 1] of the last one: cycles from which each entry, and the end beat, is
+    arrivals int64[m], int64[m + 1] of the tile's last batch: cycles from which each entry, and the end beat, is
     offered, if those before it are gone. Fills requests int64[m]: the cycle in which each record is requested.
     """
     fill = load(open_batch(state), arrivals, requests)
-    last = len(requests) < params.CHUNK
+    last = len(arrivals) > len(requests)
     if last:
         fill = max(fill, arrivals[len(requests)]) + 1
     close_batch(state, fill, last)
