@@ -144,7 +144,7 @@ def simulate(args: argparse.Namespace) -> int:
     from golden.timing import simulate as simulation
 
     args.set, pairs = simulation.split_settings(args.set)
-    machine = hardware.configure(args.hardware, pairs)
+    machine = hardware.configure(args.hardware, simulation.fitted(args.hardware, pairs, settings.parse(args.set)))
     sorting = simulation.strategy(machine, args.sorting)
     args.sorting = sorting
     if args.json and (os.path.isdir(args.json) or not os.path.isdir(os.path.dirname(args.json) or ".")):

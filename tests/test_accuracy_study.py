@@ -17,8 +17,6 @@ from golden import cli
 from golden.report import accuracy, sweep
 from golden.report.accuracy import answer, measure, plan, rows, simulators
 from golden.report.accuracy.plan import Choice, Knob
-from golden.settings import parse
-from golden.timing.hardware import HARDWARE
 
 ROOT = Path(__file__).parent.parent
 PUBLISHED = ROOT / "docs/accuracy/room"
@@ -76,15 +74,6 @@ def test_a_knob_alone_leaves_the_rest_at_the_reference():
             *(("entry_bytes", "record_stride") if point.family == "formats" else ()),
         }
     assert len({(point.machine, *map(str, point.words().values())) for point in points}) == len(points)
-
-
-def test_entries_and_records_follow_the_formats():
-    def fit(name: str, setting: str, *given: str) -> list[str]:
-        return plan.fitted(HARDWARE[name], parse([f"setting={setting}"]), list(given))
-
-    assert fit("neo", "reference") == fit("splatcore", "reference") == fit("gscore", "reference") == []
-    assert fit("neo", "small") == ["entry_bytes=5"] and fit("neo", "wide") == ["entry_bytes=7"]
-    assert fit("splatcore", "wide") == ["record_stride=32"] and fit("neo", "wide", "entry_bytes=8") == []
 
 
 def test_tables_pictures_and_answer(tiny):

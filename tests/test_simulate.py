@@ -9,6 +9,7 @@ import pytest
 
 from golden.cli import run
 from golden.errors import InputError
+from golden.settings import parse
 from golden.timing import simulate
 from golden.timing.hardware import HARDWARE, configure
 
@@ -169,6 +170,26 @@ def test_the_command_writes_json_and_pictures(tmp_path, capsys):
 def test_bad_settings_are_refused(words):
     with pytest.raises(InputError, match=words[-1].partition("=")[0].split(":")[0]):
         run(["simulate", SCENE, *words])
+
+
+def test_entries_and_records_follow_the_formats():
+    def fit(name: str, keys: str, *given: str) -> list[str]:
+        return simulate.fitted(name, list(given), parse([keys]))
+
+    assert fit("neo", "setting=reference") == fit("splatcore", "sh_degree=2") == fit("gscore", "setting=small") == []
+    assert fit("neo", "setting=small") == ["entry_bytes=5"] and fit("neo", "setting=wide") == ["entry_bytes=7"]
+    assert fit("splatcore", "setting=wide") == fit("splatcore", "depth=predicted") == ["record_stride=32"]
+    assert fit("neo", "setting=wide", "entry_bytes=8") == ["entry_bytes=8"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("given", [[], ["--set", "record_stride=40"]], ids=["none", "one"])
+def test_a_setting_alone_is_enough(tmp_path, given):
+    file = tmp_path / "a.json"
+    words = ["simulate", "builtin:sparse?n=200", "--size", "64x64", "--frames", "1", "--no-oracle", "--hardware", "neo"]
+    assert run([*words, "--json", str(file), "--set", "setting=wide", *given]) == 0
+    made = json.loads(file.read_text())["set"]
+    assert (made["entry_bytes"], made["record_stride"]) == (7, 40 if given else 32)
 
 
 def test_descriptions_obey_their_own_rules():

@@ -14,6 +14,7 @@ import numpy as np
 
 from golden import keys, metrics, params
 from golden.errors import InputError
+from golden.formats import REFERENCE
 from golden.frame import Frame, Renderer
 from golden.records import SHORT_BYTES
 from golden.report.stats import Output, frame_record
@@ -53,6 +54,22 @@ def check(machine: Hardware, settings: Settings) -> None:
     for what, broken, wanted in rules:
         if broken:
             raise InputError(f"--set {what}: wants {wanted}")
+
+
+def fitted(name: str, pairs: list[str], settings: Settings) -> list[str]:
+    """KEY=VALUE of a hardware, and with them entries and records as small as the formats allow where none is given.
+
+    A machine with packed records keeps them packed; others have a power of two, so that none lies across two lines.
+    """
+    machine = hardware.configure(name, pairs)
+    given = {pair.partition("=")[0] for pair in pairs}
+    f = settings.formats()
+    need = record_bytes(f, settings.depth == "predicted")
+    packed = machine.record_stride == record_bytes(REFERENCE, False)
+    fit = {"record_stride": need if packed else 1 << (need - 1).bit_length()}
+    if not (machine.late_sort or machine.scratch):
+        fit["entry_bytes"] = f.entry_bytes
+    return pairs + [f"{k}={value}" for k, value in fit.items() if k not in given and value != getattr(machine, k)]
 
 
 class Run:
@@ -244,7 +261,8 @@ def compare(
     job = prepare(parser.parse_args(words))
     machines = []
     for name, sorting, changes in configs:
-        machine = hardware.configure(name, [f"{key}={value}" for key, value in changes.items()])
+        pairs = fitted(name, [f"{key}={value}" for key, value in changes.items()], job.settings)
+        machine = hardware.configure(name, pairs)
         machines.append((machine, strategy(machine, sorting)))
     return compare_job(job, machines, quality, on_frame)
 

@@ -21,7 +21,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from golden import params
+from golden import params, settings
 from golden.errors import InputError
 from golden.frame import Frame, Lists, Renderer, tiles_of
 from golden.job import Job, add_common, prepare
@@ -202,7 +202,7 @@ def export(args: argparse.Namespace, on_frame: OnFrame | None = None) -> int:
 
         mine, keys = simulate.split_settings(args.set)
         args = argparse.Namespace(**{**vars(args), "set": mine})
-        machine = hardware.configure(args.hardware, keys)
+        machine = hardware.configure(args.hardware, simulate.fitted(args.hardware, keys, settings.parse(mine)))
         if machine.raster == "gpu":
             raise InputError(f"--hardware {args.hardware}: has no accesses of its own; wants an accelerator")
     with output(path) as file:

@@ -8,10 +8,8 @@ from itertools import product
 
 from golden import keys
 from golden.errors import InputError
-from golden.formats import REFERENCE as REFERENCE_FORMATS
 from golden.settings import Settings, parse
 from golden.timing import hardware, simulate
-from golden.timing.address_map import record_bytes
 from golden.timing.hardware import Hardware
 
 REFERENCE = "reference"  # the knob of the points that everything else is compared with
@@ -143,29 +141,12 @@ class Point:
         return {**words, "again": True} if self.value == "again" else words
 
 
-def fitted(machine: Hardware, settings: Settings, given: list[str]) -> list[str]:
-    """KEY=VALUE of entries and records as small as the formats allow, for the keys that are not given.
-
-    A machine with packed records keeps them packed; others have a power of two, so that none lies across two lines.
-    """
-    names = {pair.partition("=")[0] for pair in given}
-    f = settings.formats()
-    need = record_bytes(f, settings.depth == "predicted")
-    packed = machine.record_stride == record_bytes(REFERENCE_FORMATS, False)
-    fit = {"record_stride": need if packed else 1 << (need - 1).bit_length()}
-    if not (machine.late_sort or machine.scratch):
-        fit["entry_bytes"] = f.entry_bytes
-    return [
-        f"{key}={value}" for key, value in fit.items() if key not in names and value != getattr(machine, key)
-    ]  # fmt: skip
-
-
 def point(knob: Knob, choice: Choice, machine: str) -> Point:
     """InputError where a key or a value is not known."""
     sets, pairs = simulate.split_settings(list(choice.sets))
     name = choice.hardware or machine
     settings = parse(sets)
-    pairs += fitted(hardware.configure(name, pairs), settings, pairs)
+    pairs = simulate.fitted(name, pairs, settings)
     ran = hardware.configure(name, pairs)
     simulate.strategy(ran, choice.sorting)
     simulate.check(ran, settings)
