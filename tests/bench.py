@@ -6,13 +6,13 @@ Every figure is a ratio of two things measured in this run, or of one to a numbe
 from __future__ import annotations
 
 import csv
-import resource
 import subprocess
 import sys
 import time
 from datetime import date
 from pathlib import Path
 
+from golden.report.accuracy import simulators
 from golden.timing import simulate
 
 ROOT = Path(__file__).parent.parent
@@ -38,7 +38,7 @@ def frames(hardware: str, scene: str, size: str, count: int) -> tuple[float, flo
 def large() -> None:
     """One QHD frame of 1.5 M Gaussians; prints the peak of this process's memory in bytes."""
     simulate.compare(LARGE, "qhd", 2, [("splatcore", None, {})])
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+    print(simulators.peak() * 2**20)
 
 
 def main() -> None:

@@ -97,7 +97,7 @@ def _rtl(job: Job) -> Callable:
 MODELS = {"oracle": _oracle, "golden": _golden, "timing": _timing, "rtl": _rtl}
 
 
-def _peak() -> float:
+def peak() -> float:
     """MB of memory that this process has had at most. (ru_maxrss would be the parent's where that had more.)"""
     status = Path("/proc/self/status")
     if status.is_file():
@@ -113,7 +113,7 @@ def run(model: str, common: str, pictures: str) -> None:
     np.save(pictures, np.stack([image for image, _, _ in found]))
     seconds = [spent for _, _, spent in found[1:]]
     print(
-        json.dumps({"seconds": float(np.median(seconds)), "mb": _peak(), "cycles": [cycles for _, cycles, _ in found]})
+        json.dumps({"seconds": float(np.median(seconds)), "mb": peak(), "cycles": [cycles for _, cycles, _ in found]})
     )
 
 
