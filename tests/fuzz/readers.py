@@ -217,25 +217,37 @@ def loop(name: str, folder: Path, seconds: int, seed: int) -> None:
 
 
 def run(name: str, minutes: float, seed: int, folder: Path) -> dict[str, int]:
-    """Counts of one run in a process of its own: executions, coverage at its start and end, inputs kept, findings."""
-    command = [sys.executable, "-m", "tests.fuzz.readers", name, str(folder), str(round(60 * minutes)), str(seed)]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
-    log = done.stderr
-    cover = [int(n) for n in re.findall(r"cov: (\d+)", log)] or [0]
-    stats = dict(re.findall(r"stat::(\w+):\s+(\d+)", log))
-    found = re.findall(r"^FOUND .*", log, re.MULTILINE)
-    if done.returncode:
-        found += [f"FOUND the process ended with status {done.returncode}: {log[-600:]}"]
+    """Counts of one run: executions, coverage at its start and end, inputs kept, findings.
+
+    libFuzzer ends by the clock, so it is started again, with the corpus it has, until the processor time is spent.
+    """
+    before, spent, starts, found = children_seconds(), 0.0, 0, []
+    counts = {"executions": 0, "coverage at the start": 0, "coverage": 0, "inputs kept": 0, "peak MB": 0}
+    while spent < 60 * minutes and not any("the process ended" in line for line in found):
+        seconds = max(1, round(60 * minutes - spent))
+        command = [sys.executable, "-m", "tests.fuzz.readers", name, str(folder), str(seconds), str(seed + starts)]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        log = done.stderr
+        stats = dict(re.findall(r"stat::(\w+):\s+(\d+)", log))
+        if not starts:
+            counts["coverage at the start"] = next((int(n) for n in re.findall(r"INITED cov: (\d+)", log)), 0)
+        counts["executions"] += int(stats.get("number_of_executed_units", 0))
+        counts["coverage"] = max([counts["coverage"], *(int(n) for n in re.findall(r"cov: (\d+)", log))])
+        counts["inputs kept"] += int(stats.get("new_units_added", 0))
+        counts["peak MB"] = max(counts["peak MB"], int(stats.get("peak_rss_mb", 0)))
+        found += re.findall(r"^FOUND .*", log, re.MULTILINE)
+        if done.returncode:
+            found += [f"FOUND the process ended with status {done.returncode}: {log[-600:]}"]
+        spent, starts = children_seconds() - before, starts + 1
     for line in found:
         print(line, file=sys.stderr)
-    return {
-        "executions": int(stats.get("number_of_executed_units", 0)),
-        "coverage at the start": next((int(n) for n in re.findall(r"INITED cov: (\d+)", log)), 0),
-        "coverage": cover[-1],
-        "inputs kept": int(stats.get("new_units_added", 0)),
-        "peak MB": int(stats.get("peak_rss_mb", 0)),
-        "findings": len(found),
-    }
+    return {**counts, "findings": len(found)}
+
+
+def children_seconds() -> float:
+    """Processor time of the processes that were started here and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":
