@@ -8,10 +8,10 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
-def skid(monkeypatch):
-    """gs_skid with a folder of its own, below the repository (Yosys sees no other)."""
+def skid(monkeypatch, request):
+    """gs_skid with a folder for each test, below the repository (Yosys sees no other)."""
     one = netlist.units()["gs_skid"]
-    monkeypatch.setattr(netlist, "RESULTS", netlist.RESULTS / "test")
+    monkeypatch.setattr(netlist, "RESULTS", netlist.RESULTS / request.node.name)
     return one
 
 

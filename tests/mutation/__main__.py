@@ -11,7 +11,6 @@ import sys
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
-from golden.errors import InputError
 from tests.mutation import coverage, page, unit
 from tests.mutation.netlist import Unit, units
 
@@ -40,9 +39,9 @@ def main() -> int:
         for one in as_completed(work):
             try:
                 print(finish(work[one], one.result()), flush=True)
-            except (AssertionError, InputError) as error:
+            except Exception as error:  # of one unit: the others still run
                 failed = True
-                print(error, file=sys.stderr, flush=True)
+                print(f"{work[one].module}: {error}", file=sys.stderr, flush=True)
     data = page.load()
     if args.coverage and not args.unit and not failed:  # a module is covered by the benches of all that contain it
         page.save(data | {"coverage": coverage.collect(chosen)})

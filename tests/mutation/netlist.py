@@ -116,7 +116,7 @@ def draw(unit: Unit, count: int) -> list[Mutant]:
     draw = f"mutate -list {count + count // 2} -seed {SEED} -o {place}/list.txt"
     done = formal.yosys(unit.folder, [*elaborate(unit), "memory_collect", f"write_rtlil {place}/unit.il", draw])
     if done.returncode or not drawn.exists():
-        raise InputError(f"{unit.module}: Yosys draws no mutants, see {place}/log.txt\n{done.stderr}")
+        raise InputError(f"Yosys draws no mutants, see {place}/log.txt\n{done.stderr}")
     lines = [line.strip() for line in drawn.read_text().splitlines() if not LEFT_OUT.search(line)]
     chosen = sorted(random.Random(SEED).sample(range(len(lines)), min(count, len(lines))))
     return [parse(number + 1, lines[at]) for number, at in enumerate(chosen)]
@@ -136,7 +136,7 @@ def write(unit: Unit, count: int) -> list[Mutant]:
         unit.folder, [*script, f"write_json {place}/netlist.json", f"write_verilog -noattr {place}/netlist.v"]
     )
     if done.returncode or not written.exists():
-        raise InputError(f"{unit.module}: Yosys writes no netlist, see {place}/log.txt\n{done.stderr}")
+        raise InputError(f"Yosys writes no netlist, see {place}/log.txt\n{done.stderr}")
     (unit.folder / f"{unit.module}.v").write_text(with_selector(unit, written.read_text()))
     return mutants
 

@@ -85,7 +85,7 @@ def simulate(unit: Unit, mutants: int) -> dict:
     tests, failures = get_results(results)
     if failures or not report.exists():
         log = (unit.folder / "log.txt").relative_to(ROOT)
-        raise AssertionError(f"{unit.module}: {failures} of {tests} tests fail without a mutation, see {log}")
+        raise AssertionError(f"{failures} of {tests} tests fail without a mutation, see {log}")
     return json.loads(report.read_text())
 
 
