@@ -107,8 +107,9 @@ async def test_reads_in_any_rhythm(dut):
 
 @cocotb.test()
 async def test_a_short_batch_hides_a_longer_one_in_its_bank(dut):
-    """What a batch does not fill of its last word reads as 0, whatever was there before."""
-    await run(dut, [64, 64, 64, 3, 18, 33], "none", "none")
+    """What a batch does not fill of its last word reads as 0, whatever was there before; it ends at each position."""
+    lengths = [length for n in range(1, 17, 3) for length in (32, 32, 32, n, n + 1, n + 2)]
+    await run(dut, [64, 64, 64, 3, 18, 33, *lengths], "none", "none")
 
 
 @cocotb.test()
@@ -121,5 +122,10 @@ async def test_reset_begins_a_new_batch(dut):
         dut.mask_valid.value = 1
         drive(dut, MASK, (0xFFFF, 0, 0), generator)
         await RisingEdge(dut.clk)
+    dut.rst.value = 1
+    drive(dut, MASK, (0xFFFF, 0, 1), generator)
+    for _ in range(2):
+        await RisingEdge(dut.clk)
+    assert not dut.done.value, "a last mask under reset ends no batch"
     dut.mask_valid.value = 0
     await run(dut, [3, 20], "none", "none")
