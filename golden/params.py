@@ -24,7 +24,7 @@ QUEUE = 512  # hits that wait in front of an SCU: two lists
 MARKS = 32  # lists that do: two batches
 
 # Tables
-SORT_N = 16  # entries the bitonic sort unit sorts at once
+SORT_N = 8  # entries the bitonic sort unit sorts at once
 CHUNK = 256  # entries sorted on chip at once; also the raster core's batch
 INDEX_W = 24  # Gaussian index: 16.7 million Gaussians
 

@@ -12,7 +12,7 @@
 `define GS_BEATS 4
 `define GS_QUEUE 512
 `define GS_MARKS 32
-`define GS_SORT_N 16
+`define GS_SORT_N 8
 `define GS_CHUNK 256
 `define GS_INDEX_W 24
 `define GS_KEY_W 23

@@ -26,8 +26,8 @@ def inversions(x: np.ndarray) -> int:
 
 
 @pytest.mark.parametrize("network", [bitonic_sort_unit.ring, bitonic_sort_unit.bitonic], ids=["ring", "bitonic"])
-def test_the_networks_sort_every_input_of_zeros_and_ones(network):
-    n = params.SORT_N
+@pytest.mark.parametrize("n", [4, 8, 16])
+def test_the_networks_sort_every_input_of_zeros_and_ones(network, n):
     groups = (np.arange(1 << n)[:, None] >> np.arange(n)) & 1
     assert np.array_equal(network(groups), np.sort(groups, axis=1))
 
@@ -41,8 +41,10 @@ def test_the_networks_keep_equal_entries_apart(network):
 @pytest.mark.parametrize("network", [bitonic_sort_unit.RING, bitonic_sort_unit.BITONIC], ids=["ring", "bitonic"])
 def test_bsu_cycles_equal_its_recurrence(network):
     for n in range(70):
-        taken, sent = bitonic_sort_unit.timing(np.zeros(n + 1, np.int64), bitonic_sort_unit.steps(network))
-        assert taken[0] == 0 and sent[n] + 1 == bitonic_sort_unit.cycles(n, network)
+        for size in (8, 16):
+            steps = bitonic_sort_unit.steps(network, size)
+            taken, sent = bitonic_sort_unit.timing(np.zeros(n + 1, np.int64), steps, size)
+            assert taken[0] == 0 and sent[n] + 1 == bitonic_sort_unit.cycles(n, network, size)
 
 
 @pytest.mark.parametrize("invalid", [0.0, 0.3, 1.0])
@@ -53,6 +55,14 @@ def test_merge_is_the_sorted_union_of_what_is_valid(n_a, n_b, invalid):
     both = np.sort(np.concatenate([a, b]))
     assert np.array_equal(merge_sort_unit.merge(a, b, True), both)
     assert np.array_equal(merge_sort_unit.merge(a, b), both[both < INVALID])
+
+
+@pytest.mark.parametrize("keep", [False, True])
+@pytest.mark.parametrize("lengths", [(0, 0, 0, 0), (5, 0, 9, 1), (40, 17, 0, 30), (16, 16, 16, 16)])
+def test_four_lists_merge_to_the_sorted_union(lengths, keep):
+    lists = [np.sort(words(n, seed, 0.3, 9)) for seed, n in enumerate(lengths)]
+    every = np.sort(np.concatenate(lists))
+    assert np.array_equal(merge_sort_unit.merge4(*lists, keep), every if keep else every[every < INVALID])
 
 
 def test_merge_drops_invalid_entries_before_it_compares():
@@ -130,14 +140,16 @@ def test_merge_command_takes_a_beat_a_cycle():
     a, b = np.arange(1000), np.arange(300)
     there = np.zeros(1001, np.int64), np.zeros(301, np.int64)
     timing = sorting_core.timing(*there, a, b, merge=True)
-    assert timing.a_taken[-1] == merge_sort_unit.cycles(1000, 300)  # cycle 0 accepts the command
+    assert timing.a_taken[-1] == merge_sort_unit.cycles(1300)  # cycle 0 accepts the command
     assert timing.blocks[0] == C + 2
     assert timing.ready == timing.blocks[-1]  # the last block has waited for the one before it
 
 
-def test_a_full_chunk_takes_four_passes_and_a_merge():
-    assert sorting_core.pass_cycles(C) == 4 * C + 8 + 4 + 2 + 1 + 4 * 2
-    assert sorting_core.pass_cycles(params.SORT_N) == 0
+def test_a_full_chunk_takes_two_passes_and_a_merge():
+    assert C == 256 and sorting_core.pass_cycles(C) == sorting_core.pass_cycles(C, 16) == 2 * (C + 2)
+    assert sorting_core.pass_cycles(2 * params.SORT_N) == 0
+    assert sorting_core.pass_cycles(2 * params.SORT_N + 1) == 2 * params.SORT_N + 3
+    assert sorting_core.pass_cycles(C // 4) == C // 4 + 2
 
 
 def test_block_buffer_sends_while_it_fills():

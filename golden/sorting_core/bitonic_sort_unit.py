@@ -14,16 +14,10 @@ from golden import params
 RING, BITONIC = 0, 1  # parameter NETWORK
 
 
-def sort_group(entries: np.ndarray) -> np.ndarray:
-    """[n <= SORT_N] entries, ascending."""
-    assert len(entries) <= params.SORT_N
-    return np.sort(entries)
-
-
-def sort_groups(entries: np.ndarray) -> np.ndarray:
-    """[n] entries of a list, each group of SORT_N ascending: what the unit sends."""
-    whole = len(entries) // params.SORT_N * params.SORT_N
-    rows = np.sort(entries[:whole].reshape(-1, params.SORT_N), axis=1).ravel()
+def sort_groups(entries: np.ndarray, sort_n: int = params.SORT_N) -> np.ndarray:
+    """[n] entries of a list, each group of sort_n ascending: what the unit sends."""
+    whole = len(entries) // sort_n * sort_n
+    rows = np.sort(entries[:whole].reshape(-1, sort_n), axis=1).ravel()
     return np.concatenate([rows, np.sort(entries[whole:])])
 
 
@@ -64,27 +58,27 @@ def bitonic(groups: np.ndarray) -> np.ndarray:
     return slots
 
 
-def steps(network: int = RING) -> int:
+def steps(network: int = RING, sort_n: int = params.SORT_N) -> int:
     """Cycles that sorting a full unit takes."""
-    log = params.SORT_N.bit_length() - 1
-    return params.SORT_N if network == RING else log * (log + 1) // 2
+    log = sort_n.bit_length() - 1
+    return sort_n if network == RING else log * (log + 1) // 2
 
 
-def cycles(n: int, network: int = RING) -> int:
+def cycles(n: int, network: int = RING, sort_n: int = params.SORT_N) -> int:
     """Cycles from the first beat taken to the end beat sent, for n entries that are always there.
 
-    A full group fills in SORT_N cycles and sorts in steps; the next fills while it leaves. Behind the last group the
+    A full group fills in sort_n cycles and sorts in steps; the next fills while it leaves. Behind the last group the
     end beat follows its entries; an end beat that finds no group passes at once.
     """
-    full, rest = divmod(n, params.SORT_N)
-    period = params.SORT_N + steps(network)
+    full, rest = divmod(n, sort_n)
+    period = sort_n + steps(network, sort_n)
     if rest:
         return (full + 1) * period + rest + 1
-    return full * period + (params.SORT_N if full else 0) + 1
+    return full * period + (sort_n if full else 0) + 1
 
 
 @numba.njit(cache=True)
-def timing(arrival, sort_steps):
+def timing(arrival, sort_steps, sort_n=params.SORT_N):
     """When each beat is taken and sent: (taken int64[n + 1], sent int64[n + 1]) for one list into an idle unit.
 
     arrival: int64[n + 1], the first cycle in which each beat is offered, end beat included; beats are offered one by
@@ -118,7 +112,7 @@ def timing(arrival, sort_steps):
         closed = closed or close
         if turn:
             pos += 1
-        if pos == params.SORT_N:
+        if pos == sort_n:
             pos = 0
             first_round = False
             if load or closed:

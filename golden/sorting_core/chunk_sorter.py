@@ -69,22 +69,22 @@ def new_state():
 
 
 @numba.njit(cache=True)
-def pass_cycles(n):
+def pass_cycles(n, sort_n=params.SORT_N):
     """Cycles from the first beat of a chunk's first pass to the first beat of its merge with b, n entries.
 
-    A pass from runs of L to runs of 2L takes each entry and an end beat for each of its ceil(n / 2L) pairs, and two
-    more cycles: the last entry is written, the readers fetch anew. Passes follow until there is one run.
+    A pass from runs of L to runs of 4L takes each entry and two more cycles: the last entry is written, the readers
+    fetch anew. Passes follow while there are more than two runs, which the merge with b takes as they are.
     """
     total = 0
-    run = params.SORT_N
-    while run < n:
-        run *= 2
-        total += n + (n + run - 1) // run + 2
+    run = sort_n
+    while 2 * run < n:
+        run *= 4
+        total += n + 2
     return total
 
 
 @numba.njit(cache=True)
-def load(state, arrival, cut, sort_steps):
+def load(state, arrival, cut, sort_steps, sort_n=params.SORT_N):
     """Cycles int64[n + 1] in which the loader takes the beats of a chunk of n entries; sets state[FREE] to the first
     cycle of its merge.
 
@@ -97,10 +97,10 @@ def load(state, arrival, cut, sort_steps):
     offered = np.maximum(arrival, state[LOAD])
     if cut:
         offered[n] = state[LOAD]
-    taken, left = bitonic_sort_unit.timing(offered, sort_steps)
+    taken, left = bitonic_sort_unit.timing(offered, sort_steps, sort_n)
     take = max(left[n] + 1, state[FREE])
     state[LOAD] = take + 1
-    state[FREE] = take + 2 + pass_cycles(n)
+    state[FREE] = take + 2 + pass_cycles(n, sort_n)
     return taken
 
 
@@ -140,7 +140,7 @@ def join(state, a, b, a_arrival, b_arrival, end, last, stored, a_taken, b_taken,
 
 
 @numba.njit(cache=True)
-def step(state, a, b, a_arrival, b_arrival, length, sort_steps, a_taken, b_taken, merged, sent):
+def step(state, a, b, a_arrival, b_arrival, length, sort_steps, a_taken, b_taken, merged, sent, sort_n=params.SORT_N):
     """SORT: the next chunk, of up to `length` entries; tells whether there is another one behind it.
 
     a: the table, its chunks sorted. a_arrival, b_arrival: as in timing of sorting_core.py, but only those of this
@@ -149,7 +149,7 @@ def step(state, a, b, a_arrival, b_arrival, length, sort_steps, a_taken, b_taken
     start = state[A]
     end = min(start + length, len(a))
     cut = end - start == length
-    taken = load(state, a_arrival[start : end + 1], cut, sort_steps)
+    taken = load(state, a_arrival[start : end + 1], cut, sort_steps, sort_n)
     a_taken[start:end] = taken[: end - start]
     if not cut:
         a_taken[end] = taken[end - start]

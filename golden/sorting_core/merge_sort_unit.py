@@ -10,13 +10,14 @@ from golden.records import INVALID
 
 @numba.njit(inline="always", cache=True)
 def takes_a(a, b, keep):
-    """Is head a taken before head b? First what is to be dropped, then the smaller entry, a when they are equal."""
-    return (not keep and a >= INVALID) or ((keep or b < INVALID) and a <= b)
+    """Is head a taken before head b? The smaller entry, a when they are equal, but first what is to be dropped."""
+    first = 0 if keep else INVALID
+    return (a ^ first) <= (b ^ first)
 
 
 @numba.njit(cache=True)
 def merge(a, b, keep=False):
-    """[n] entries of lists a and b (int64) merged as the unit takes them; without keep the invalid ones are dropped.
+    """[n] entries of two lists a and b (int64) merged as the unit does; without keep the invalid ones are dropped.
 
     Without keep it equals the plain merge of what is valid in a with what is valid in b, sorted or not.
     """
@@ -35,6 +36,11 @@ def merge(a, b, keep=False):
     return out[:n]
 
 
-def cycles(n_a: int, n_b: int) -> int:
-    """Cycles that take two lists: one a beat, one for both end beats. The output follows a cycle later."""
-    return n_a + n_b + 1
+def merge4(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, keep: bool = False) -> np.ndarray:
+    """[n] entries of the unit's four lists; a and b are parts of one list, put in order before anything is dropped."""
+    return merge(merge(a, b, True), merge(c, d, keep), keep)
+
+
+def cycles(n: int) -> int:
+    """Cycles that take lists of n entries in all: one each, one for the end beats. The output follows a cycle later."""
+    return n + 1

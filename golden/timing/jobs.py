@@ -16,6 +16,7 @@ from golden.formats import REFERENCE
 from golden.timing.dram import LINE
 
 REUSE, SCRATCH, HIERARCHICAL, NONE = range(4)
+PAPER_RUN = 16  # entries that the sort unit of the paper and of GSCore sorts at once; ours: params.SORT_N
 ROUND_TRIP = 2 * dma.LATENCY.read + dma.LATENCY.write  # entries, their records, entries written
 
 
@@ -167,11 +168,11 @@ def renew_cycles(n: np.ndarray) -> np.ndarray:
 
 
 def chunk_sort_cycles(n: np.ndarray, chunk: int = params.CHUNK) -> np.ndarray:
-    """Cycles in which a sorting core of GSCore's kind sorts n entries on chip: n for each doubling of runs of 16.
+    """Cycles in which a sorting core of GSCore's kind sorts n entries on chip: n for each doubling of a PAPER_RUN.
 
     The paper's simulator charges ceil(log2(n / 16)) * n cycles for a chunk, n below 16.
     """
     n = np.asarray(n, np.int64)
     whole, rest = n // chunk, n % chunk
-    levels = np.ceil(np.log2(np.maximum(rest, 1) / params.SORT_N)).clip(1).astype(np.int64)
-    return whole * chunk * int(np.log2(chunk / params.SORT_N)) + levels * rest
+    levels = np.ceil(np.log2(np.maximum(rest, 1) / PAPER_RUN)).clip(1).astype(np.int64)
+    return whole * chunk * int(np.log2(chunk / PAPER_RUN)) + levels * rest

@@ -104,8 +104,10 @@ module gs_bitonic_sort_unit #(
         end
     end
 
-    // What enters cell 0 while a group fills.
-    wire [ENTRY_W-1:0] gate = load ? in_entry : first_round ? {ENTRY_W{1'b1}} : out_entry;
+    // What enters cell 0: the next entry, padding, or what leaves the last cell (`back`).
+    wire [ENTRY_W-1:0] back;
+    wire pad = !sorting && first_round && !load;
+    wire [ENTRY_W-1:0] gate = (load ? in_entry : back) | {ENTRY_W{pad}};
 
     genvar i;
     generate
@@ -121,9 +123,9 @@ module gs_bitonic_sort_unit #(
                 assign turned[(2*i+1)*ENTRY_W +: ENTRY_W] = swap ? upper : lower;
             end
             assign sorted = sorting && pos == POS_MAX;
+            assign back   = turned[BUS_W-1 -: ENTRY_W];
             always @(posedge clk) begin
-                if (turn || sorting)
-                    cells <= {turned[BUS_W-ENTRY_W-1:0], sorting ? turned[BUS_W-1 -: ENTRY_W] : gate};
+                if (turn || sorting) cells <= {turned[BUS_W-ENTRY_W-1:0], gate};
             end
         end else begin : g_bitonic
             // Slots at distance 2^d are compared; blocks of 2^s slots ascend and descend in turn. One-hot d and s.
@@ -140,6 +142,7 @@ module gs_bitonic_sort_unit #(
             integer s;
 
             assign sorted = sorting && apart[0] && size[POS_W];
+            assign back   = out_entry;
 
             // Pair p at distance 2^d joins slot s, which is p with a zero put in as bit d, to slot s + 2^d. Slot s is
             // in cell SORT_N - 1 - s.

@@ -4,9 +4,10 @@
 //   whose upper bits are u; all units run in step.
 
 `default_nettype none
+`include "gs_params.vh"
 
 module gs_bitonic_sweep #(
-    parameter SORT_N  = 16,
+    parameter SORT_N  = `GS_SORT_N,
     parameter ENTRY_W = 48,
     parameter NETWORK = 0,
     parameter UNITS   = 8

@@ -8,7 +8,7 @@ from tb.lib.stream import cycle, reset, start_clock
 
 TOP = "gs_bitonic_sweep"
 SLOW = True
-PARAMETERS = [{"NETWORK": golden.RING, "ENTRY_W": 2}, {"NETWORK": golden.BITONIC, "ENTRY_W": 2}]
+PARAMETERS = [{"SORT_N": n, "NETWORK": k, "ENTRY_W": 2} for n in (8, 16) for k in (golden.RING, golden.BITONIC)]
 SIMULATORS = ("verilator",)
 
 
@@ -21,5 +21,5 @@ async def test_every_group_of_zeros_and_ones_is_sorted(dut):
     n = int(dut.SORT_N.value)
     groups = (1 << n) // int(dut.UNITS.value)
     assert dut.groups.value == groups and dut.fault.value == 0
-    last_entry = golden.cycles(n * groups, int(dut.NETWORK.value)) - 2  # in front of the end beat
+    last_entry = golden.cycles(n * groups, int(dut.NETWORK.value), n) - 2  # in front of the end beat
     assert cycle() - start == last_entry

@@ -33,7 +33,7 @@ class Bench:
         self.a = Source(dut, "a", IN, source_stall, "a")
         self.b = Source(dut, "b", IN, source_stall, "b")
         self.out = Sink(dut, "out", OUT, sink_stall)
-        Monitor(dut, "out", OUT)
+        Monitor(dut, "out", OUT[1:])  # the entry of an empty block may change
         self.board = Scoreboard(self.out)
 
     def expect(self, a, b, merge, first):
