@@ -19,7 +19,7 @@ def b01(run: Run) -> None:
     groups = (np.arange(1 << N)[:, None] >> np.arange(N)) & 1
     for name, network in NETWORKS:
         unsorted = int((np.diff(network(groups), axis=1) < 0).any(axis=1).sum())
-        run.equal(f"{name}: of {1 << N} vectors unsorted", unsorted, 0)
+        run.equal(f"{name}: of {1 << N:,} vectors unsorted", unsorted, 0)
         short = 0
         for n in range(N):  # the places behind a short group hold what sorts last
             filled = np.where(np.arange(N) < n, groups[: 1 << n], 2)
