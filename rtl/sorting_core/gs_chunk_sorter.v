@@ -65,15 +65,16 @@ module gs_chunk_sorter #(
     endgenerate
 
     // What a chunk does: it is loaded into a bank (load_*) while the chunk before it is sorted and merged in the other.
-    localparam [1:0] IDLE  = 2'd0;    // no chunk to work on
-    localparam [1:0] PASS  = 2'd1;    // merges runs of L entries to runs of 4L
-    localparam [1:0] FINAL = 2'd2;    // merges the last two runs with b
-    localparam [1:0] MERGE = 2'd3;    // merges a with b
-    reg  [1:0] state;
+    localparam [2:0] IDLE  = 3'b000;  // no chunk to work on
+    localparam [2:0] PASS  = 3'b001;  // merges runs of L entries to runs of 4L
+    localparam [2:0] FINAL = 3'b010;  // merges the last two runs with b
+    localparam [2:0] MERGE = 3'b100;  // merges a with b
+    reg  [2:0] state;
     reg        busy;                  // from the command to the end beat of its list
-    wire       passing = state == PASS;
-    wire       merging = state == MERGE;
-    wire       get_on  = passing || state == FINAL;
+    wire       passing = state[0];
+    wire       ending  = state[1];
+    wire       merging = state[2];
+    wire       get_on  = passing || ending;
 
     wire       cmd_go = cmd_valid && cmd_ready;
     wire       msu_valid;
@@ -172,11 +173,12 @@ module gs_chunk_sorter #(
     // The readers of the quarters: the next entry waits in the memory's output register (primed).
     reg                primed;
     reg  [3:0]         done;          // no entry waits, all have been read
+    reg  [3:0]         passed;        // FINAL, and it is done
     reg  [3:0]         odd;           // the one that waits is of an odd group of four runs
     reg                odd_group;     // the group that was merged last was one
     wire               all_done = primed && (&done);
     wire               put_over = passing && all_done;  // the last entry of the pass is written
-    wire               chunk_done = state == FINAL && all_done && !list_end && (!msu_valid || msu_ready);
+    wire               chunk_done = ending && all_done && !list_end && (!msu_valid || msu_ready);
     wire               two_runs = (put_pos[POS_W-1:1] & ~put_mask) == {ADDR_W + 1{1'b0}};  // at most, of the last entry
 
     assign chunk_take = load_full && (state == IDLE || chunk_done);
@@ -190,7 +192,7 @@ module gs_chunk_sorter #(
         if (passing && msu_valid) put_pos <= put_pos + POS_ONE;
         if (get_on) primed <= 1'b1;
         if (passing && primed) odd_group <= odd_now;
-        if ((state == FINAL && chunk_done) || (!passing && ends_go)) state <= IDLE;
+        if (chunk_done || ends_go) state <= IDLE;
         if (cmd_go && cmd_merge) state <= MERGE;
         if (put_over) begin
             state     <= two_runs ? FINAL : PASS;
@@ -233,15 +235,15 @@ module gs_chunk_sorter #(
                                      ({POS_W{QUARTER[0]}} & run_q0);
             wire               at_end = addr[ADDR_W] || {1'b0, pos} >= n;
             wire               step = get_go[q] || (get_on && !primed);
-            wire               read = step && !at_end;
             wire               load_here = load_write && load_place[POS_W-1:ADDR_W] == QUARTER;
             wire               put_here = passing && msu_valid && put_place[POS_W-1:ADDR_W] == QUARTER;
             wire [3*ENTRY_W-1:0] words;
 
             always @(posedge clk) begin
                 if (step) done[q] <= at_end;
+                if (step) passed[q] <= at_end && ending;
                 if (step) odd[q] <= |({1'b0, addr} & run_q1);
-                if (read) addr <= addr + ADDR_ONE;
+                if (step && !at_end) addr <= addr + ADDR_ONE;
                 if (put_over || chunk_take) addr <= {ADDR_W + 1{1'b0}};
             end
 
@@ -254,7 +256,7 @@ module gs_chunk_sorter #(
                     .wr_en(loads ? load_here : puts && put_here),
                     .wr_addr(loads ? load_place[ADDR_W-1:0] : put_place[ADDR_W-1:0]),
                     .wr_data(loads ? bsu_entry : msu_entry),
-                    .rd_en(reads && read), .rd_addr(addr[ADDR_W-1:0]), .rd_data(words[k*ENTRY_W +: ENTRY_W])
+                    .rd_en(reads && step), .rd_addr(addr[ADDR_W-1:0]), .rd_data(words[k*ENTRY_W +: ENTRY_W])
                 );
             end
 
@@ -265,18 +267,16 @@ module gs_chunk_sorter #(
 
     // Heads of the MSU+. PASS: quarters 0, 2, 1, 3. FINAL: quarter 0 and behind it 1, 2 and behind it 3, none, b; only the
     // last chunk shows its end. MERGE: none, none, a, b.
-    wire upper_0 = !passing && done[0];
-    wire upper_2 = !passing && done[2];
-    wire [ENTRY_W-1:0] head_0 = upper_0 ? get_entry[ENTRY_W +: ENTRY_W] : get_entry[0 +: ENTRY_W];
-    wire [ENTRY_W-1:0] head_1 = upper_2 ? get_entry[3*ENTRY_W +: ENTRY_W] : get_entry[2*ENTRY_W +: ENTRY_W];
+    wire [ENTRY_W-1:0] head_0 = passed[0] ? get_entry[ENTRY_W +: ENTRY_W] : get_entry[0 +: ENTRY_W];
+    wire [ENTRY_W-1:0] head_1 = passed[2] ? get_entry[3*ENTRY_W +: ENTRY_W] : get_entry[2*ENTRY_W +: ENTRY_W];
     wire [ENTRY_W-1:0] head_2 = passing ? get_entry[ENTRY_W +: ENTRY_W] : a_entry;
     wire [ENTRY_W-1:0] head_3 = passing ? get_entry[3*ENTRY_W +: ENTRY_W] : b_entry;
     wire runs_valid = merging || (get_on && primed && (!(&done) || (!passing && list_end)));
     wire [3:0] head_last = passing ? ~{live[3], live[1], live[2], live[0]}
-                         : {b_last, a_last || !merging, merging || (&done[3:2]), merging || (&done[1:0])};
+                         : {b_last, a_last || !merging, merging || (&passed[3:2]), merging || (&passed[1:0])};
 
-    assign get_go  = passing ? {msu_go[3], msu_go[1], msu_go[2], msu_go[0]}
-                   : {msu_go[1] && upper_2, msu_go[1] && !upper_2, msu_go[0] && upper_0, msu_go[0] && !upper_0};
+    assign get_go  = {(msu_go[3] && passing) || (msu_go[1] && passed[2]), msu_go[1] && !passed[2],
+                      (msu_go[2] && passing) || (msu_go[0] && passed[0]), msu_go[0] && !passed[0]};
     assign a_ready = merging ? msu_go[2] : load_on && !cut && bsu_in_ready;
     assign b_ready = !passing && msu_go[3];
 
