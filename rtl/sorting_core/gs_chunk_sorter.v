@@ -153,7 +153,7 @@ module gs_chunk_sorter #(
     endfunction
 
     // Sorter. The passes alternate between the chunk's bank (!load_bank) and the work buffer.
-    reg                from_work;
+    reg  [2:0]         get_from;      // the buffer that is read: bank 0, bank 1, the work buffer
     reg                list_end;      // no chunk behind this one
     reg  [POS_W:0]     n;             // entries of the chunk
     reg  [ADDR_W:0]    run_mask;      // L - 1, at most CHUNK / 2 - 1
@@ -196,12 +196,12 @@ module gs_chunk_sorter #(
         if (cmd_go && cmd_merge) state <= MERGE;
         if (put_over) begin
             state     <= two_runs ? FINAL : PASS;
-            from_work <= !from_work;
+            get_from  <= !get_from[2] ? 3'b100 : load_bank ? 3'b001 : 3'b010;
             run_mask  <= put_mask;
         end
         if (chunk_take) begin
             state     <= (load_n > TWO_RUNS) ? PASS : FINAL;
-            from_work <= 1'b0;
+            get_from  <= load_bank ? 3'b010 : 3'b001;
             list_end  <= load_list_end;
             run_mask  <= SORTED;
             n         <= load_n;
@@ -249,19 +249,19 @@ module gs_chunk_sorter #(
 
             for (k = 0; k < 3; k = k + 1) begin : g_buffer
                 wire loads = k < 2 && load_bank == (k == 1);
-                wire reads = !loads && from_work == (k == 2);
-                wire puts  = !loads && from_work != (k == 2);
+                wire puts  = !loads && !get_from[k];
                 gs_ram #(.WIDTH(ENTRY_W), .DEPTH(CHUNK / 4)) ram (
                     .clk(clk),
                     .wr_en(loads ? load_here : puts && put_here),
                     .wr_addr(loads ? load_place[ADDR_W-1:0] : put_place[ADDR_W-1:0]),
                     .wr_data(loads ? bsu_entry : msu_entry),
-                    .rd_en(reads && step), .rd_addr(addr[ADDR_W-1:0]), .rd_data(words[k*ENTRY_W +: ENTRY_W])
+                    .rd_en(get_from[k] && step), .rd_addr(addr[ADDR_W-1:0]), .rd_data(words[k*ENTRY_W +: ENTRY_W])
                 );
             end
 
-            wire [ENTRY_W-1:0] bank = load_bank ? words[0 +: ENTRY_W] : words[ENTRY_W +: ENTRY_W];
-            assign get_entry[q*ENTRY_W +: ENTRY_W] = from_work ? words[2*ENTRY_W +: ENTRY_W] : bank;
+            assign get_entry[q*ENTRY_W +: ENTRY_W] = ({ENTRY_W{get_from[0]}} & words[0 +: ENTRY_W]) |
+                                                     ({ENTRY_W{get_from[1]}} & words[ENTRY_W +: ENTRY_W]) |
+                                                     ({ENTRY_W{get_from[2]}} & words[2*ENTRY_W +: ENTRY_W]);
         end
     endgenerate
 
