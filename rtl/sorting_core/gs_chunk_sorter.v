@@ -98,6 +98,7 @@ module gs_chunk_sorter #(
     wire               bsu_last;
     wire               load_write = bsu_valid && !bsu_last;
     wire               chunk_take;
+    wire               load_new = chunk_take || cmd_go;
 
     gs_bitonic_sort_unit #(.SORT_N(SORT_N), .ENTRY_W(ENTRY_W), .NETWORK(NETWORK)) bsu (
         .clk(clk), .rst(rst),
@@ -106,7 +107,7 @@ module gs_chunk_sorter #(
     );
 
     always @(posedge clk) begin
-        if (load_write) load_n <= load_n + ONE;
+        if (load_new || load_write) load_n <= load_new ? NONE : load_n + ONE;
         if (bsu_in_go && !bsu_in_last) load_left <= load_left - ONE;
         if (bsu_in_go && bsu_in_last) begin
             load_on       <= 1'b0;
@@ -123,7 +124,6 @@ module gs_chunk_sorter #(
             load_on   <= !cmd_merge;
             load_left <= cmd_first;
         end
-        if (chunk_take || cmd_go) load_n <= NONE;
         if (rst) {load_on, load_full, load_bank} <= 3'b000;
     end
 
@@ -182,6 +182,7 @@ module gs_chunk_sorter #(
     wire               two_runs = (put_pos[POS_W-1:1] & ~put_mask) == {ADDR_W + 1{1'b0}};  // at most, of the last entry
 
     assign chunk_take = load_full && (state == IDLE || chunk_done);
+    wire               restart = put_over || chunk_take;
 
     // A group is over when each quarter is done or shows an entry of the next one, whose merge then begins at once.
     wire               group_over = &(done | (odd ^ {4{odd_group}}));
@@ -189,7 +190,7 @@ module gs_chunk_sorter #(
     wire [3:0]         live = ~done & ~(odd ^ {4{odd_now}});
 
     always @(posedge clk) begin
-        if (passing && msu_valid) put_pos <= put_pos + POS_ONE;
+        if (restart || (passing && msu_valid)) put_pos <= restart ? {POS_W{1'b0}} : put_pos + POS_ONE;
         if (get_on) primed <= 1'b1;
         if (passing && primed) odd_group <= odd_now;
         if (chunk_done || ends_go) state <= IDLE;
@@ -206,11 +207,7 @@ module gs_chunk_sorter #(
             run_mask  <= SORTED;
             n         <= load_n;
         end
-        if (put_over || chunk_take) begin
-            primed    <= 1'b0;
-            odd_group <= 1'b0;
-            put_pos   <= {POS_W{1'b0}};
-        end
+        if (restart) {primed, odd_group} <= 2'b00;
         if (cmd_go) busy <= 1'b1;
         if (ends_go) busy <= 1'b0;
         if (rst) begin
@@ -243,8 +240,7 @@ module gs_chunk_sorter #(
                 if (step) done[q] <= at_end;
                 if (step) passed[q] <= at_end && ending;
                 if (step) odd[q] <= |({1'b0, addr} & run_q1);
-                if (step && !at_end) addr <= addr + ADDR_ONE;
-                if (put_over || chunk_take) addr <= {ADDR_W + 1{1'b0}};
+                if (restart || (step && !at_end)) addr <= restart ? {ADDR_W + 1{1'b0}} : addr + ADDR_ONE;
             end
 
             for (k = 0; k < 3; k = k + 1) begin : g_buffer
