@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+from bisect import bisect_left
 from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -184,6 +185,18 @@ def exp_table(segments: int, fraction: int) -> list[tuple[int, int]]:
     lowered = 1 - (math.log(2) / segments) ** 2 / 16
     ends = [round(lowered * 2.0 ** (fraction - i / segments)) for i in range(segments + 1)]
     return [(a, a - b) for a, b in pairwise(ends)]
+
+
+def exp_clamp(f: Formats) -> int:
+    """The smallest p, .power_f, with 2^-p at alpha_max or below when rounded to alpha_f: 2^-p never rises."""
+    table, drop = exp_table(f.exp_segments, f.exp_f), f.exp_f - f.alpha_f
+
+    def clear(p: int) -> bool:
+        base, slope = table[p >> f.offset_w]
+        line = base - (slope * (p & ((1 << f.offset_w) - 1)) >> f.offset_w)
+        return (line + (1 << (drop - 1))) >> drop <= f.alpha_max
+
+    return bisect_left(range(1 << f.power_f), True, key=clear)
 
 
 PRESETS = {

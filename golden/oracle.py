@@ -16,7 +16,7 @@ from golden import params
 from golden.formats import Formats
 from golden.preprocess.encode import Features
 from golden.preprocess.projection import ALPHA_CUT, Projection, project
-from golden.raster_core import bounds
+from golden.raster_core import bounds, exp2_unit, pixel_blender
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import bound, subtile_hit
@@ -232,7 +232,7 @@ def _blend_injected(f: Formats, offsets, index, mean, chol, code, mean2d, a, b, 
                         p = scu.power(f, u0 + (x - x0) * ca + (y - y0) * cb, v0 + (y - y0) * cc, o)
                         if t < f.t_stop or p > f.cut:
                             continue
-                        left = t - scu.weight(f, scu.alpha(f, p), t)
+                        left = t - pixel_blender.weight(f, exp2_unit.alpha(f, p), t)
                         if f.drop_last and left < f.t_stop:
                             t_code[y - y0, x - x0] = 0
                             continue

@@ -62,5 +62,6 @@
 `define GS_EXP_BASE {18'h2169b, 18'h22e46, 18'h246fe, 18'h260cd, 18'h27bc2, 18'h297e7, 18'h2b54c, 18'h2d3fe, 18'h2f40c, 18'h31585, 18'h33879, 18'h35cfa, 18'h38318, 18'h3aae7, 18'h3d479, 18'h3ffe1}
 `define GS_EXP_SLOPE_W 14
 `define GS_EXP_SLOPE {14'h16aa, 14'h17ab, 14'h18b8, 14'h19cf, 14'h1af5, 14'h1c25, 14'h1d65, 14'h1eb2, 14'h200e, 14'h2179, 14'h22f4, 14'h2481, 14'h261e, 14'h27cf, 14'h2992, 14'h2b68}
+`define GS_EXP_CLAMP 239
 
 `endif

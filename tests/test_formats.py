@@ -16,7 +16,7 @@ from golden.errors import InputError
 from golden.formats import PRESETS, REFERENCE, make
 from golden.frame import Renderer
 from golden.preprocess import duplicate, encode, project
-from golden.raster_core import group_finder, power_unit, subtile_blender
+from golden.raster_core import exp2_unit, group_finder, pixel_blender, power_unit, subtile_blender
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.group_tester import tile_bits
 from golden.raster_core.intersection_test_unit import tile_bitmap
@@ -110,7 +110,7 @@ def test_what_each_bit_of_the_evaluation_changes():
     p = np.arange(0, REFERENCE.cut, 97)
     exact = 2.0 ** (-p / 2**REFERENCE.power_f)
     for one, worst in ((REFERENCE, 2.0**-16), (f, 2.0**-12)):
-        error = np.array([scu.alpha(one, int(code)) for code in p]) / 2**one.alpha_f - np.minimum(exact, 0.99)
+        error = np.array([exp2_unit.alpha(one, int(code)) for code in p]) / 2**one.alpha_f - np.minimum(exact, 0.99)
         assert worst / 4 < np.abs(error).max() < worst / 2 + 2.0**-12 * 0.5
     assert (f.alpha_max, f.t_stop, f.acc_w) == (round(0.99 * 2**12), math.floor(1e-4 * 2**14) + 1, 17)
     assert make(exp_bits=22).power_f == 18 and make(opacity_bits=16).power_f == 16 and make(exp_bits=17).power_f == 13
@@ -150,7 +150,7 @@ def test_blending_is_that_of_unbounded_integers(f):
         acc = [int(x) for x in r.integers(0, f.colour_max << (f.acc_f - f.colour_f) if f.acc_f > f.colour_f else 1, 3)]
         colour = [int(x) for x in r.integers(0, f.colour_max + 1, 3)]
         left, sums, largest = python_pixel(f, p, t, acc, colour)
-        assert scu.blend_pixel(f, p, t, *acc, *colour) == (left, *sums)
+        assert pixel_blender.blend_pixel(f, p, t, *acc, *colour) == (left, *sums)
         assert largest < 1 << 62 and max(sums) < 1 << f.acc_w + 1
 
 

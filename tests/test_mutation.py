@@ -36,11 +36,3 @@ def test_only_a_mutant_that_changes_nothing_is_equivalent(skid):
 def test_the_list_of_mutants_is_the_same_each_time(skid):
     skid.folder.mkdir(parents=True, exist_ok=True)
     assert netlist.draw(skid, 20) == netlist.draw(skid, 20)
-
-
-def test_fields_count_while_their_stream_is_valid_and_addresses_while_enabled():
-    outputs = ("out_valid", "out_data", "c1_wr_en", "c1_wr_addr", "c1_wr_data", "c1_rd_addr", "done", "in_ready")
-    ports = {name: {"direction": "output", "bits": [0]} for name in outputs}
-    ports |= {name: {"direction": "input", "bits": [0]} for name in ("out_ready", "in_valid", "in_data", "c1_rd_en")}
-    enables = {"out_data": "out_valid", "c1_wr_addr": "c1_wr_en", "c1_wr_data": "c1_wr_en"}
-    assert equivalent.guards(ports) == enables

@@ -13,6 +13,7 @@ from golden.cameras.camera import Camera
 from golden.formats import REFERENCE
 from golden.hard_cases.setting import camera_a, gaussians, merge
 from golden.preprocess import Features, Projection, duplicate, encode, project
+from golden.raster_core import exp2_unit, pixel_blender
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.raster_core import rasterise
@@ -177,7 +178,7 @@ def lockstep(f: Features, p: Projection, x0: int, y0: int, order: list[int]) -> 
                 power = scu.power(REFERENCE, u + x * a + y * b, v + y * c, o)
                 if power > REFERENCE.cut or code < REFERENCE.t_stop:
                     continue
-                code -= scu.weight(REFERENCE, scu.alpha(REFERENCE, power), code)
+                code -= pixel_blender.weight(REFERENCE, exp2_unit.alpha(REFERENCE, power), code)
                 xx, xy, yy = p.cov2d[i]
                 d = np.array([x0 + x + 0.5, y0 + y + 0.5]) - p.mean2d[i]
                 alpha = min(0.99, p.opacity[i] * np.exp(-0.5 * d @ np.linalg.inv([[xx, xy], [xy, yy]]) @ d))

@@ -7,6 +7,7 @@ import pytest
 
 from golden import records
 from golden.formats import REFERENCE
+from golden.raster_core import exp2_unit, pixel_blender
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
 from golden.raster_core.intersection_test_unit import tile_bitmap
@@ -28,9 +29,9 @@ def one_pixel_at_a_time(features, words, x0, y0, width, height):
                 u, v = setup(REFERENCE, a, b, c, int(features.mean[g, 0]), int(features.mean[g, 1]), x0 + sx, y0 + sy)
                 p = scu.power(REFERENCE, u + (x - sx) * a + (y - sy) * b, v + (y - sy) * c, int(features.opacity[g]))
                 if p <= REFERENCE.cut and t >= REFERENCE.t_stop:
-                    w = scu.weight(REFERENCE, scu.alpha(REFERENCE, p), t)
+                    w = pixel_blender.weight(REFERENCE, exp2_unit.alpha(REFERENCE, p), t)
                     t -= w
-                    acc = [scu.accumulate(REFERENCE, acc[i], w, int(features.colour[g, i])) for i in range(3)]
+                    acc = [pixel_blender.accumulate(REFERENCE, acc[i], w, int(features.colour[g, i])) for i in range(3)]
                     blends += 1
             transmittance[y, x] = t
             value[y, x] = [scu.resolve(REFERENCE, acc[i], t, BACKGROUND[i]) for i in range(3)]

@@ -14,7 +14,7 @@ from golden.hard_cases.pixels import bits_set, one_a_tile
 from golden.hard_cases.run import Run, lsb
 from golden.hard_cases.setting import LSB, camera_a, crowd, ellipses, gaussians, layers
 from golden.preprocess import encode
-from golden.raster_core import exp2_unit
+from golden.raster_core import exp2_unit, pixel_blender
 from golden.raster_core import subtile_compute_unit as scu
 
 SCU = "raster_core/test_subtile_compute_unit"
@@ -89,7 +89,7 @@ def s06(run: Run) -> None:
     t = 1 << run.formats.t_f
     left = []
     for _ in range(4):
-        t, *_ = scu.blend_pixel(run.formats, 0, t, 0, 0, 0, 0, 0, 0)
+        t, *_ = pixel_blender.blend_pixel(run.formats, 0, t, 0, 0, 0, 0, 0, 0)
         left.append(int(t))
     run.at_most("no threshold: T behind three layers from 1e-6, codes", abs(left[2] - 1e-6 * (1 << run.formats.t_f)), 1)
     run.at_least("T behind four layers, codes", left[3], 1)

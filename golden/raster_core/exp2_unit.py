@@ -1,6 +1,6 @@
-"""gs_exp2_unit: 2^-p for 0 <= p < 8 by a table of straight lines (docs/raster_core/exp2_unit.md).
+"""gs_exp2_unit: alpha = min(0.99, 2^-p) for 0 <= p < 8, by a table of straight lines (docs/raster_core/exp2_unit.md).
 
-p is UQ3.POWER_F; the result UQ1.EXP_F. A chord lies above the curve by up to (ln 2 / EXP_SEGMENTS)^2 / 8 of its value,
+p is UQ3.POWER_F; 2^-p UQ1.EXP_F. A chord lies above the curve by up to (ln 2 / EXP_SEGMENTS)^2 / 8 of its value,
 so both ends of every chord are lowered by half of that: the error is centred, and seams stay continuous.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from golden.fixed import half_up
 from golden.formats import EXP_BITS, EXP_SEGMENTS, Formats, exp_table
 
-LATENCY = 1  # cycles from in_p to out_y
+LATENCY = 1  # cycles from in_p to out_alpha
 
 # Every table that formats can ask for, one behind the other: compiled code needs no new one for another format.
 _TABLES = np.array(
@@ -30,3 +30,9 @@ def exp2(f: Formats, p):
     offset = fraction & ((1 << f.offset_w) - 1)
     y = BASE[f.exp_at + segment] - ((np.int64(SLOPE[f.exp_at + segment]) * offset) >> f.offset_w)
     return half_up(y << 1, whole + 1)
+
+
+@numba.njit(inline="always", cache=True)
+def alpha(f: Formats, p):
+    """min(0.99, 2^-p), UQ0.ALPHA_F."""
+    return min(half_up(exp2(f, p), f.exp_f - f.alpha_f), f.alpha_max)

@@ -10,7 +10,7 @@ from golden.fixed import half_up
 from golden.formats import Formats
 from golden.raster_core.ellipse_setup import setup
 
-LATENCY = 10  # cycles from in_valid to the first of the BEATS beats
+LATENCY = 11  # cycles from in_valid to the first of the BEATS beats
 
 
 @numba.njit(inline="always", cache=True)
@@ -29,9 +29,8 @@ def power(f: Formats, u, v, opacity):
 
 @numba.njit(inline="always", cache=True)
 def narrow(f: Formats, p):
-    """p as it leaves the unit, POWER_W bits: those above the cut's integer bits are collected in the top one."""
-    top = 1 << (f.power_w - 1)
-    return p if p < top else top | (p & (top - 1))
+    """p as it leaves the unit, POWER_W bits; of p beyond the cut's integer bits the top one alone has a meaning."""
+    return min(p, 1 << (f.power_w - 1))
 
 
 @numba.njit(cache=True)

@@ -14,37 +14,12 @@ from golden import params
 from golden.fixed import half_up
 from golden.formats import Formats
 from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.exp2_unit import exp2
+from golden.raster_core.pixel_blender import blend_pixel
 from golden.raster_core.power_unit import power
 
 PIXELS = params.SUBTILE * params.SUBTILE
 LATENCY = 16  # cycles from taking a swap to sat_valid
 BLEND_STAGE = 12  # cycles from taking a blend to the trace of its first beat
-
-
-@numba.njit(inline="always", cache=True)
-def alpha(f: Formats, p):
-    """min(0.99, 2^-p), UQ0.ALPHA_F."""
-    return min(half_up(exp2(f, p), f.exp_f - f.alpha_f), f.alpha_max)
-
-
-@numba.njit(inline="always", cache=True)
-def weight(f: Formats, a, t):
-    """w = alpha * T, UQ1.T_F, never all of T: T stays above 0."""
-    return min(half_up(a * t, f.alpha_f), t - 1)
-
-
-@numba.njit(inline="always", cache=True)
-def accumulate(f: Formats, acc, w, colour):
-    """acc + w * colour, UQ3.ACC_F. Weights add up to 1 at most and colours end at COLOUR_MAX: it cannot overflow."""
-    return acc + half_up(w * colour, f.t_f + f.colour_f - f.acc_f)
-
-
-@numba.njit(inline="always", cache=True)
-def blend_pixel(f: Formats, p, t, acc_r, acc_g, acc_b, red, green, blue):
-    """One layer of power p <= CUT on a pixel that is not done: (T', acc_r', acc_g', acc_b'); done when T' < T_STOP."""
-    w = weight(f, alpha(f, p), t)
-    return t - w, accumulate(f, acc_r, w, red), accumulate(f, acc_g, w, green), accumulate(f, acc_b, w, blue)
 
 
 @numba.njit(inline="always", cache=True)
@@ -96,15 +71,19 @@ def blend_subtile(f: Formats, t, acc, done, x0, y0, gaussians, trace):
 
 
 def state_w(f: Formats) -> int:
-    """Bits {done, blue, green, red, T} of a pixel in the pixel buffer."""
-    return f.t_f + 1 + 3 * f.acc_w + 1
+    """Bits {blue, green, red, T - 1} of a pixel in the pixel buffer."""
+    return f.t_f + 3 * f.acc_w
 
 
 def pack(f: Formats, t: np.ndarray, acc: np.ndarray, done: np.ndarray) -> list[int]:
-    """State of a subtile -> its BEATS words in the pixel buffer, LANES * state_w bits each, lane 0 lowest."""
+    """State of a subtile -> its BEATS words in the pixel buffer, LANES * state_w bits each, lane 0 lowest.
+
+    A pixel is done when T < T_STOP; outside the picture, where it is done from the start, T is 1.
+    """
     words = [0] * params.BEATS
+    kept = np.where((done != 0) & (t >= f.t_stop), 0, t - 1)
     for at in range(PIXELS):
-        fields = ((t[at], f.t_f + 1), *((acc[k, at], f.acc_w) for k in range(3)), (done[at], 1))
+        fields = ((kept[at], f.t_f), *((acc[k, at], f.acc_w) for k in range(3)))
         low = (at % params.LANES) * state_w(f)
         for value, width in fields:
             assert 0 <= value < 1 << width, f"pixel {at}: {value} has more than {width} bits"
@@ -114,15 +93,14 @@ def pack(f: Formats, t: np.ndarray, acc: np.ndarray, done: np.ndarray) -> list[i
 
 
 def unpack(f: Formats, words: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The inverse of pack: (t, acc, done)."""
-    t, acc, done = fresh(f)
+    """(t, acc, done) of the words; the inverse of pack but for T outside the picture."""
+    t, acc, _ = fresh(f)
     for at in range(PIXELS):
         pixel = words[at // params.LANES] >> ((at % params.LANES) * state_w(f))
-        t[at] = pixel & ((1 << (f.t_f + 1)) - 1)
+        t[at] = (pixel & ((1 << f.t_f) - 1)) + 1
         for k in range(3):
-            acc[k, at] = (pixel >> (f.t_f + 1 + k * f.acc_w)) & ((1 << f.acc_w) - 1)
-        done[at] = (pixel >> (state_w(f) - 1)) & 1
-    return t, acc, done
+            acc[k, at] = (pixel >> (f.t_f + k * f.acc_w)) & ((1 << f.acc_w) - 1)
+    return t, acc, (t < f.t_stop).astype(np.int64)
 
 
 def cycles(operations: int) -> int:

@@ -41,7 +41,7 @@ module gs_pixel_resolver #(
     output wire                                   resolve_done,
     output wire                                   pixel_en,
     output wire [$clog2(GROUPS)+1:0]              pixel_addr,
-    input  wire [UNITS*LANES*(T_F+2+3*ACC_W)-1:0] pixel_words,
+    input  wire [UNITS*LANES*(T_F+3*ACC_W)-1:0] pixel_words,
     input  wire [UNITS*GROUPS-1:0]                touched,
 
     // px: 4 pixels RGBX, pixel 0 and its red lowest, X = 255; rgb: the same before R5, UQ3.ACC_F
@@ -53,12 +53,11 @@ module gs_pixel_resolver #(
     output wire [12*ACC_W-1:0]                    px_rgb
 );
 
-    localparam STATE_W = T_F + 2 + 3*ACC_W;
+    localparam STATE_W = T_F + 3*ACC_W;
     localparam WORD_W  = LANES*STATE_W;
     localparam HALF_W  = 4*STATE_W;
     localparam AT_W    = $clog2(TILE);
     localparam QUAD_W  = AT_W - 2;
-    localparam T_W     = T_F + 1;
     localparam DROP    = T_F + COLOUR_F - ACC_F;
     localparam FULL_W  = ACC_W + DROP;
     localparam WIDE_W  = ACC_W + 8;
@@ -137,7 +136,7 @@ module gs_pixel_resolver #(
         if (move) begin
             r2_valid  <= r1_valid;
             r2_marks  <= r1_marks;
-            r2_states <= r1_touched ? r1_word[r1_half*HALF_W +: HALF_W] : {4{1'b0, {3{NOTHING}}, 1'b1, {T_F{1'b0}}}};
+            r2_states <= r1_touched ? r1_word[r1_half*HALF_W +: HALF_W] : {4{{3{NOTHING}}, {T_F{1'b1}}}};
             r3_valid  <= r2_valid;
             r3_marks  <= r2_marks;
             r4_valid  <= r3_valid;
@@ -162,11 +161,11 @@ module gs_pixel_resolver #(
     generate
         for (p = 0; p < 4; p = p + 1) begin : g_pixel
             wire [STATE_W-1:0] r2_state = r2_states[p*STATE_W +: STATE_W];
-            wire [T_W-1:0]     r2_t     = r2_state[T_W-1:0];  // UQ1.T_F
+            wire [T_F-1:0]     r2_t     = r2_state[T_F-1:0];  // T - 1, UQ0.T_F
             for (k = 0; k < 3; k = k + 1) begin : g_colour
-                wire [FULL_W-1:0] r2_full = {{FULL_W-T_W{1'b0}}, r2_t}
-                                          * {{FULL_W-COLOUR_W{1'b0}}, background[k*COLOUR_W +: COLOUR_W]}
-                                          + {{ACC_W{1'b0}}, 1'b1, {DROP-1{1'b0}}};
+                wire [FULL_W-1:0] r2_colour = {{FULL_W-COLOUR_W{1'b0}}, background[k*COLOUR_W +: COLOUR_W]};
+                wire [FULL_W-1:0] r2_full   = {{FULL_W-T_F{1'b0}}, r2_t} * r2_colour + r2_colour
+                                            + {{ACC_W{1'b0}}, 1'b1, {DROP-1{1'b0}}};
                 wire [WIDE_W-1:0] r4_wide;
                 reg  [ACC_W-1:0]  r3_cover;  // UQ3.ACC_F
                 reg  [ACC_W-1:0]  r3_acc;    // UQ3.ACC_F
@@ -176,7 +175,7 @@ module gs_pixel_resolver #(
                 assign r4_wide = {r4_value, 8'd0} - {8'd0, r4_value} + {{WIDE_W-ACC_F{1'b0}}, 1'b1, {ACC_F-1{1'b0}}};
                 always @(posedge clk) if (move) begin
                     r3_cover <= r2_full[FULL_W-1:DROP];
-                    r3_acc   <= r2_state[T_W + k*ACC_W +: ACC_W];
+                    r3_acc   <= r2_state[T_F + k*ACC_W +: ACC_W];
                     r4_value <= r3_acc + r3_cover;
                     r5_value <= r4_value;
                     r5_byte  <= r4_wide[ACC_F +: 8] | {8{|r4_wide[WIDE_W-1:ACC_F+8]}};
@@ -187,7 +186,6 @@ module gs_pixel_resolver #(
             end
             assign r5_data[p*32 + 24 +: 8] = 8'd255;
             assign r5_strb[p*4 +: 4]       = {4{r5_marks[p]}};
-            wire unused_pixel_ok = &{1'b0, r2_state[STATE_W-1]};
         end
     endgenerate
 

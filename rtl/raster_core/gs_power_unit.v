@@ -1,16 +1,17 @@
 // gs_power_unit: p = u^2 + v^2 - log2(opacity) of one Gaussian at the 64 pixels of a subtile, 16 of them a cycle.
 //
-//   one Gaussian every 4 cycles; no backpressure; beat k, pixel rows 2k and 2k+1, leaves LATENCY + k = 10 + k cycles
+//   one Gaussian every 4 cycles; no backpressure; beat k, pixel rows 2k and 2k+1, leaves LATENCY + k = 11 + k cycles
 //   behind in_valid
 //
 //   S1         dx, dy = centre of the first pixel - mean                     exact
-//   S2 to S4   a*dx, b*dy, c*dy on one multiplier                            exact
-//   S5         u and v of the beat's upper row: set up, then stepped         half_up, sat to SQ8.STEP_F
-//   S6         u and v of both rows                                          exact
-//   S7         u of every lane; |v| -> UQ2.DIST_F                            exact; half_up, sat
-//   S8         |u| -> UQ2.DIST_F; v^2                                        half_up, sat; exact
-//   S9         u^2; v^2 + opacity                                            exact
-//   S10        p                                                             half_up, high bits collected in one
+//   S2 to S5   c*dy, a*dx, a*dx + b*dy on one multiplier                     half_up
+//   S4, S6     v, u of the first pixel wait; beyond SQ5 all is far           wrap
+//   S8         v of the upper row                                            exact
+//   S9         u of both rows; |v| -> UQ2.DIST_F                             exact; half_up, else far
+//   S10        |u| of every lane -> UQ2.DIST_F; v^2 + opacity                half_up, else far; exact
+//   S11        p                                                             half_up, high bits and far are one bit
+//
+//   u and v count modulo 64: a subtile is less than 28 of either wide, so what wraps lies beyond 4.
 
 `default_nettype none
 `include "gs_params.vh"
@@ -24,7 +25,6 @@ module gs_power_unit #(
     parameter OPACITY_F = `GS_OPACITY_F,
     parameter OPACITY_W = `GS_OPACITY_W,
     parameter STEP_F    = `GS_STEP_F,
-    parameter STEP_W    = `GS_STEP_W,
     parameter DIST_F    = `GS_DIST_F,
     parameter DIST_W    = `GS_DIST_W,
     parameter POWER_F   = `GS_POWER_F,
@@ -48,19 +48,20 @@ module gs_power_unit #(
     output wire [LANES*POWER_W-1:0]     out_p        // .POWER_F each; when the top bit is set, that is all
 );
 
-    localparam U_W       = STEP_W + 1;                       // SQ9.STEP_F
+    localparam U_W       = STEP_F + 6;                       // SQ5.STEP_F
     localparam SET_DROP  = CHOL_F + MEAN_F - STEP_F;
-    localparam PROD_W    = CHOL_W + 1 + MEAN_W + 1;
-    localparam SUM_W     = PROD_W + 1;
-    localparam HIGH_W    = SUM_W - SET_DROP - STEP_W + 1;    // bits that are all equal unless it saturates
-    localparam A_W       = CHOL_W + 3;                       // 7a
+    localparam SUM_W     = CHOL_W + MEAN_W + 3;
+    localparam HIGH_W    = SUM_W - SET_DROP - U_W + 1;       // bits that are all equal unless it is far
     localparam DIST_DROP = STEP_F - DIST_F;
     localparam SQUARE_W  = 2*DIST_W;
-    localparam BIAS_W    = SQUARE_W + 1;                     // v^2 + opacity
-    localparam E_W       = BIAS_W + 1;
     localparam E_DROP    = 2*DIST_F - POWER_F;
-    localparam [BIAS_W-1:0]    HALF      = 1 << (E_DROP - 1);
-    localparam [DIST_DROP-1:0] DIST_HALF = 1 << (DIST_DROP - 1);
+    localparam NEAR_W    = E_DROP + POWER_W - 1;             // bits of a sum that is not far
+    localparam SHIFT     = 2*DIST_F - OPACITY_F;
+    localparam BIAS_W    = (SQUARE_W > OPACITY_W + SHIFT ? SQUARE_W : OPACITY_W + SHIFT) + 1;  // v^2 + opacity
+    localparam E_W       = SQUARE_W + 1;
+    localparam signed [SUM_W-1:0] SET_HALF  = 1 << (SET_DROP - 1);
+    localparam [DIST_DROP-1:0]    DIST_HALF = 1 << (DIST_DROP - 1);
+    localparam [BIAS_W-1:0]       HALF      = 1 << (E_DROP - 1);
 
     generate
         if (LANES != 16) begin : g_rule
@@ -74,19 +75,8 @@ module gs_power_unit #(
         end
     endgenerate
 
-    // .(CHOL_F+MEAN_F) to SQ8.STEP_F: half_up, sat
-    function [STEP_W-1:0] set_narrow;
-        input [SUM_W-1:0] x;
-        reg   [SUM_W-1:0] rounded;
-        begin
-            rounded = x + {{SUM_W-SET_DROP{1'b0}}, 1'b1, {SET_DROP-1{1'b0}}};
-            if (rounded[SUM_W-1 -: HIGH_W] == {HIGH_W{rounded[SUM_W-1]}}) set_narrow = rounded[SET_DROP +: STEP_W];
-            else set_narrow = {rounded[SUM_W-1], {STEP_W-1{!rounded[SUM_W-1]}}};
-        end
-    endfunction
-
-    // |SQ9.STEP_F| to UQ2.DIST_F: half_up, sat. The sign's +1 and the half meet in one carry.
-    function [DIST_W-1:0] distance;
+    // |SQ5.STEP_F| to UQ2.DIST_F: half_up; the top bit says 4 or more. The sign's +1 and the half meet in one carry.
+    function [DIST_W:0] distance;
         input [U_W-1:0]  x;
         reg   [U_W-2:0]  flipped;
         reg              carry;
@@ -95,19 +85,14 @@ module gs_power_unit #(
             flipped  = x[U_W-2:0] ^ {U_W-1{x[U_W-1]}};
             carry    = flipped[DIST_DROP-1] || (x[U_W-1] && &(flipped[DIST_DROP-1:0] | DIST_HALF));
             rounded  = {1'b0, flipped[DIST_DROP +: DIST_W]} + {{DIST_W{1'b0}}, carry};
-            distance = rounded[DIST_W-1:0] | {DIST_W{rounded[DIST_W] || |flipped[U_W-2:DIST_DROP+DIST_W]}};
+            distance = {rounded[DIST_W] || |flipped[U_W-2:DIST_DROP+DIST_W], rounded[DIST_W-1:0]};
         end
-    endfunction
-
-    function [SQUARE_W-1:0] square;
-        input [DIST_W-1:0] x;
-        square = {{DIST_W{1'b0}}, x} * {{DIST_W{1'b0}}, x};
     endfunction
 
     // start_q[n]: the first beat of a Gaussian stands at stage n. What is filled once per Gaussian stays for four cycles,
     // and is passed on in time for the next one.
-    reg [7:1] start_q;
-    always @(posedge clk) start_q <= rst ? 7'd0 : {start_q[6:1], in_valid};
+    reg [8:1] start_q;
+    always @(posedge clk) start_q <= rst ? 8'd0 : {start_q[7:1], in_valid};
 
     // S1: dx, dy SQ14.MEAN_F
     reg [CHOL_W-1:0]    s1_a;
@@ -125,100 +110,117 @@ module gs_power_unit #(
         s1_dy      <= {2'b00, in_y0, 1'b1, {MEAN_F-1{1'b0}}} - {in_mean_y[MEAN_W-1], in_mean_y};
     end
 
-    // S2 to S4: a*dx leaves the multiplier at S2, b*dy at S3, c*dy at S4
-    wire signed [CHOL_W:0] mul_x = start_q[2] ? s1_b : {1'b0, start_q[3] ? s1_c : s1_a};
-    wire signed [MEAN_W:0] mul_y = start_q[1] ? s1_dx : s1_dy;
-    reg  signed [PROD_W-1:0] s2_prod;
-    reg  [SUM_W-1:0] s3_sum;
-    wire [SUM_W-1:0] s2_wide = {s2_prod[PROD_W-1], s2_prod};
-    always @(posedge clk) begin
-        s2_prod <= mul_x * mul_y;
-        s3_sum  <= s2_wide + (s3_sum & {SUM_W{start_q[3]}});
-    end
+    // c*dy leaves the multiplier at S3, a*dx at S4, a*dx + b*dy at S5
+    wire signed [CHOL_W:0]  mul_x = start_q[4] ? s1_b : {1'b0, start_q[3] ? s1_a : s1_c};
+    wire signed [MEAN_W:0]  mul_y = start_q[3] ? s1_dx : s1_dy;
+    reg  signed [SUM_W-1:0] s3_sum;
+    wire signed [SUM_W-1:0] mul_add = start_q[4] ? s3_sum : SET_HALF;
+    always @(posedge clk) s3_sum <= mul_x * mul_y + mul_add;
+    wire s3_near = s3_sum[SUM_W-1 -: HIGH_W] == {HIGH_W{s3_sum[SUM_W-1]}};
 
-    // S5: two rows a beat
-    wire [STEP_W-1:0] s4_u0 = set_narrow(s3_sum);
-    wire [STEP_W-1:0] s4_v0 = set_narrow(s2_wide);
+    // S4 to S7: what waits
+    reg [U_W-1:0]       s4_v;
+    reg                 s4_near;
     reg [CHOL_W-1:0]    s5_a;
     reg [CHOL_W:0]      s5_b;
     reg [CHOL_W-1:0]    s5_c;
     reg [OPACITY_W-1:0] s5_opacity;
-    reg [U_W-1:0]       s5_u;
-    reg [U_W-1:0]       s5_v;
-    wire [A_W-1:0] s5_wide_a = {3'b000, s5_a};
-    wire [U_W-1:0] s5_wide_b = {{U_W-CHOL_W-1{s5_b[CHOL_W]}}, s5_b};
-    wire [U_W-1:0] s5_wide_c = {{U_W-CHOL_W{1'b0}}, s5_c};
+    reg [U_W-1:0]       s6_u;
+    reg                 s6_near;
     always @(posedge clk) begin
+        if (start_q[3]) begin
+            s4_v    <= s3_sum[SET_DROP +: U_W];
+            s4_near <= s3_near;
+        end
         if (start_q[4]) begin
             s5_a       <= s1_a;
             s5_b       <= s1_b;
             s5_c       <= s1_c;
             s5_opacity <= s1_opacity;
         end
-        s5_u <= start_q[4] ? {s4_u0[STEP_W-1], s4_u0} : s5_u + (s5_wide_b << 1);
-        s5_v <= start_q[4] ? {s4_v0[STEP_W-1], s4_v0} : s5_v + (s5_wide_c << 1);
-    end
-
-    // S6: both rows, and the odd multiples of a
-    reg [A_W-1:0]   s6_a1;
-    reg [A_W-1:0]   s6_a3;
-    reg [A_W-1:0]   s6_a5;
-    reg [A_W-1:0]   s6_a7;
-    reg [2*U_W-1:0] s6_u;
-    reg [2*U_W-1:0] s6_v;
-    always @(posedge clk) begin
         if (start_q[5]) begin
-            s6_a1 <= s5_wide_a;
-            s6_a3 <= (s5_wide_a << 1) + s5_wide_a;
-            s6_a5 <= (s5_wide_a << 2) + s5_wide_a;
-            s6_a7 <= (s5_wide_a << 3) - s5_wide_a;
+            s6_u    <= s3_sum[SET_DROP +: U_W];
+            s6_near <= s3_near && s4_near;
         end
-        s6_u <= {s5_u + s5_wide_b, s5_u};
-        s6_v <= {s5_v + s5_wide_c, s5_v};
     end
-    wire [8*A_W-1:0] s6_ia = {s6_a7, s6_a3 << 1, s6_a5, s6_a1 << 2, s6_a3, s6_a1 << 1, s6_a1, {A_W{1'b0}}};
 
-    // S7 to S9 of v, a stage ahead of u: S9 adds the opacity and half of p's last place
-    reg  [OPACITY_W-1:0] s8_opacity;
-    wire [BIAS_W-1:0]    s8_offset = ({{BIAS_W-OPACITY_W{1'b0}}, s8_opacity} << (2*DIST_F - OPACITY_F)) + HALF;
-    wire [2*BIAS_W-1:0]  s9_biases;
-    genvar r;
-    generate
-        for (r = 0; r < 2; r = r + 1) begin : g_row
-            reg [DIST_W-1:0]   s7_v;     // UQ2.DIST_F
-            reg [SQUARE_W-1:0] s8_v2;    // UQ4.(2*DIST_F)
-            reg [BIAS_W-1:0]   s9_bias;  // UQ5.(2*DIST_F)
-            always @(posedge clk) begin
-                s7_v    <= distance(s6_v[r*U_W +: U_W]);
-                s8_v2   <= square(s7_v);
-                s9_bias <= {1'b0, s8_v2} + s8_offset;
-            end
-            assign s9_biases[r*BIAS_W +: BIAS_W] = s9_bias;
+    // S8 and S9: two rows a beat
+    reg [CHOL_W:0]      s8_b;
+    reg [CHOL_W-1:0]    s8_c;
+    reg [U_W-1:0]       s8_v;
+    reg [CHOL_W-1:0]    s9_a;
+    reg [OPACITY_W-1:0] s9_opacity;
+    reg                 s9_near;
+    reg [2*U_W-1:0]     s9_u;
+    wire [U_W-1:0] s8_wide_b = {{U_W-CHOL_W-1{s8_b[CHOL_W]}}, s8_b};
+    wire [U_W-1:0] s8_wide_c = {{U_W-CHOL_W{1'b0}}, s8_c};
+    wire [U_W-1:0] s9_wide_a = {{U_W-CHOL_W{1'b0}}, s9_a};
+    wire [U_W-1:0] s8_step   = start_q[8] ? s8_wide_b : s8_wide_b << 1;
+    always @(posedge clk) begin
+        if (start_q[7]) begin
+            s8_b <= s5_b;
+            s8_c <= s5_c;
         end
-    endgenerate
-    always @(posedge clk) if (start_q[7]) s8_opacity <= s5_opacity;
+        s8_v <= start_q[7] ? s4_v : s8_v + (s8_wide_c << 1);
+        if (start_q[8]) begin
+            s9_a       <= s5_a;
+            s9_opacity <= s5_opacity;
+            s9_near    <= s6_near;
+        end
+        s9_u[0 +: U_W]   <= start_q[8] ? s6_u : s9_u[0 +: U_W] + (s8_wide_b << 1);
+        s9_u[U_W +: U_W] <= (start_q[8] ? s6_u : s9_u[U_W +: U_W]) + s8_step;
+    end
 
-    // S7 to S10 of u
+    // v is a stage ahead of u: S10 adds the opacity and half of p's last place
+    wire [BIAS_W-1:0]     s9_offset = ({{BIAS_W-OPACITY_W{1'b0}}, s9_opacity} << SHIFT) + HALF;
+    wire [2*NEAR_W-1:0]   s10_biases;
+    wire [1:0]            s10_fars;
+    wire [LANES*U_W-1:0]  s9_us;
+    genvar r;
     genvar l;
     generate
+        for (r = 0; r < 2; r = r + 1) begin : g_row
+            reg  [DIST_W:0]   s9_v;      // far, UQ2.DIST_F
+            reg  [NEAR_W-1:0] s10_bias;  // .(2*DIST_F)
+            reg               s10_far;
+            wire [BIAS_W-1:0] s9_wide = {{BIAS_W-DIST_W{1'b0}}, s9_v[DIST_W-1:0]};
+            wire [BIAS_W-1:0] s9_bias = s9_wide * s9_wide + s9_offset;
+            always @(posedge clk) begin
+                s9_v     <= distance(r == 0 ? s8_v : s8_v + s8_wide_c);
+                s10_bias <= s9_bias[NEAR_W-1:0];
+                s10_far  <= s9_v[DIST_W] || !s9_near || |s9_bias[BIAS_W-1:NEAR_W];
+            end
+            assign s10_biases[r*NEAR_W +: NEAR_W] = s10_bias;
+            assign s10_fars[r] = s10_far;
+
+            // u + i*a: the lower ones first
+            wire [U_W-1:0]   s9_u0 = s9_u[r*U_W +: U_W];
+            wire [U_W-1:0]   s9_u1 = s9_u0 + s9_wide_a;
+            wire [2*U_W-1:0] s9_u23 = {s9_u1 + (s9_wide_a << 1), s9_u0 + (s9_wide_a << 1)};
+            wire [4*U_W-1:0] s9_u0123 = {s9_u23, s9_u1, s9_u0};
+            wire [4*U_W-1:0] s9_u4567;
+            for (l = 0; l < 4; l = l + 1) begin : g_column
+                assign s9_u4567[l*U_W +: U_W] = s9_u0123[l*U_W +: U_W] + (s9_wide_a << 2);
+            end
+            assign s9_us[8*r*U_W +: 8*U_W] = {s9_u4567, s9_u0123};
+        end
+
         for (l = 0; l < LANES; l = l + 1) begin : g_lane
             localparam ROW = l / 8;
-            localparam COL = l % 8;
-            reg  [U_W-1:0]      s7_u;    // SQ9.STEP_F
-            reg  [DIST_W-1:0]   s8_u;    // UQ2.DIST_F
-            reg  [SQUARE_W-1:0] s9_u2;   // UQ4.(2*DIST_F)
-            wire [E_W-1:0]      s9_sum = {{E_W-SQUARE_W{1'b0}}, s9_u2} + {1'b0, s9_biases[ROW*BIAS_W +: BIAS_W]};
-            reg  [POWER_W-1:0]      s10_p;
+            reg  [DIST_W:0]    s10_u_n;  // complement: what stands behind an inverting flip-flop is the value
+            reg  [POWER_W-1:0] s11_p;
+            wire [DIST_W:0]    s10_u = ~s10_u_n;  // far, UQ2.DIST_F
+            wire [E_W-1:0] s10_wide = {{E_W-DIST_W{1'b0}}, s10_u[DIST_W-1:0]};
+            wire [E_W-1:0] s10_sum  = s10_wide * s10_wide + {{E_W-NEAR_W{1'b0}}, s10_biases[ROW*NEAR_W +: NEAR_W]};
             always @(posedge clk) begin
-                s7_u  <= s6_u[ROW*U_W +: U_W] + {{U_W-A_W{1'b0}}, s6_ia[COL*A_W +: A_W]};
-                s8_u  <= distance(s7_u);
-                s9_u2 <= square(s8_u);
-                s10_p <= {|s9_sum[E_W-1:E_DROP+POWER_W-1], s9_sum[E_DROP +: POWER_W-1]};
+                s10_u_n <= ~distance(s9_us[l*U_W +: U_W]);
+                s11_p <= {s10_u[DIST_W] || s10_fars[ROW] || |s10_sum[E_W-1:NEAR_W], s10_sum[E_DROP +: POWER_W-1]};
             end
-            assign out_p[l*POWER_W +: POWER_W] = s10_p;
-            wire unused_ok = &{1'b0, s9_sum[E_DROP-1:0]};
+            assign out_p[l*POWER_W +: POWER_W] = s11_p;
+            wire unused_ok = &{1'b0, s10_sum[E_DROP-1:0]};
         end
     endgenerate
+    wire unused_ok = &{1'b0, s3_sum[SET_DROP-1:0]};
 
 endmodule
 

@@ -61,7 +61,7 @@ module gs_queue_blender #(
     input  wire                               resolve_done,
     input  wire                               pixel_en,
     input  wire [$clog2(GROUPS)+1:0]          pixel_addr,
-    output wire [UNITS*LANES*(T_F+2+3*ACC_W)-1:0] pixel_words,
+    output wire [UNITS*LANES*(T_F+3*ACC_W)-1:0] pixel_words,
     output wire [UNITS*GROUPS-1:0]            touched,     // bit unit * GROUPS + group
 
     // trace
@@ -75,7 +75,7 @@ module gs_queue_blender #(
     localparam FEATURE_W = GEOMETRY_W + 3*COLOUR_W;
     localparam QUEUE_W   = $clog2(QUEUE) + 1;
     localparam MARK_W    = $clog2(MARKS) + 1;
-    localparam WORD_W    = LANES*(T_F + 2 + 3*ACC_W);
+    localparam WORD_W    = LANES*(T_F + 3*ACC_W);
     localparam [1:0] WAIT  = 2'd0;  // for a list
     localparam [1:0] LIST  = 2'd1;
     localparam [1:0] STORE = 2'd2;  // and for the other units

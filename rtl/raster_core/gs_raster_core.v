@@ -84,7 +84,7 @@ module gs_raster_core #(
     localparam GROUP_W    = $clog2(GROUPS);
     localparam GEOMETRY_W = `GS_GEOMETRY_W;
     localparam FEATURE_W  = GEOMETRY_W + 3*COLOUR_W;
-    localparam WORD_W     = LANES*(T_F + 2 + 3*ACC_W);
+    localparam WORD_W     = LANES*(T_F + 3*ACC_W);
 
     wire                        test_valid;
     wire [SLOT_W:0]             test_n;

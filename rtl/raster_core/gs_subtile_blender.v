@@ -60,7 +60,7 @@ module gs_subtile_blender #(
     input  wire                               resolve_done,
     input  wire                               pixel_en,
     input  wire [$clog2(GROUPS)+1:0]          pixel_addr,
-    output wire [UNITS*LANES*(T_F+2+3*ACC_W)-1:0] pixel_words,
+    output wire [UNITS*LANES*(T_F+3*ACC_W)-1:0] pixel_words,
     output wire [UNITS*GROUPS-1:0]            touched,     // bit unit * GROUPS + group
 
     // trace
@@ -72,7 +72,7 @@ module gs_subtile_blender #(
     localparam GROUP_W   = $clog2(GROUPS);
     localparam SIDE_W    = $clog2(SUBTILE);
     localparam FEATURE_W = GEOMETRY_W + 3*COLOUR_W;
-    localparam WORD_W    = LANES*(T_F + 2 + 3*ACC_W);
+    localparam WORD_W    = LANES*(T_F + 3*ACC_W);
     localparam [1:0] WAIT    = 2'd0;  // for a group's lists
     localparam [1:0] PHASE   = 2'd1;
     localparam [1:0] STORE   = 2'd2;

@@ -36,7 +36,7 @@ class Buffers:
                 unit, group = column % params.UNITS, row * 2 + column // params.UNITS
                 where = slice(row * 8, row * 8 + 8), slice(column * 8, column * 8 + 8)
                 if self.touched[row, column]:
-                    done = r.integers(0, 2, 64)
+                    done = self.t[where].ravel() < BUILD.t_stop
                     packed = scu.pack(BUILD, self.t[where].ravel(), self.acc[:, *where].reshape(3, 64), done)
                 else:
                     packed = [noise.getrandbits(WORD_W) for _ in range(params.BEATS)]
