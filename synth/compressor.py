@@ -11,50 +11,15 @@ have either polarity for the same price.
 from __future__ import annotations
 
 import itertools
-import re
 from collections import Counter
 from dataclasses import dataclass, field
 
+from synth.adders import Adder, adder
 from synth.cells import Cell
 
-GATE, INVERT, CARRY, SUM, HALF = 20.0, 25.0, 25.0, 60.0, 30.0  # ps: a term, an inverter, a full adder, a half adder
+GATE, INVERT, CARRY, SUM, HALF = 20.0, 28.0, 36.0, 60.0, 35.0  # ps: a term, an inverter, a full adder, a half adder
 INVERTED = 15.0  # ps that an adder may wait for bits that need no inverter
 MACC = "$macc_v2"
-
-
-@dataclass(frozen=True)
-class Adder:
-    """A full or half adder cell: pins, and whether its outputs are inverted."""
-
-    name: str
-    inputs: tuple[str, ...]
-    carry: str
-    sum: str
-    inverted: tuple[bool, bool]
-
-
-def truth(function: str, pins: list[str]) -> tuple[bool, ...]:
-    """Values of a Liberty function for all inputs, the first pin counting 1."""
-    text = re.sub(r"\*", " and ", re.sub(r"\+", " or ", re.sub(r"!", " not ", function))).strip()
-    values = [[bool(at >> n & 1) for n in range(len(pins))] for at in range(1 << len(pins))]
-    return tuple(bool(eval(text, {}, dict(zip(pins, row)))) for row in values)
-
-
-def adder(cells: dict[str, Cell], inputs: int) -> Adder | None:
-    """The smallest cell with `inputs` inputs that gives their sum and carry, both inverted or both true."""
-    count = [bin(at).count("1") for at in range(1 << inputs)]
-    found = []
-    for cell in cells.values():
-        pins = list(cell.caps)
-        if cell.sequential or cell.clock_gate or len(pins) != inputs or len(cell.functions) != 2:
-            continue
-        tables = {truth(function, pins): pin for pin, function in cell.functions.items()}
-        for invert in (False, True):
-            carry, total = (tuple((c >> bit & 1 == 1) != invert for c in count) for bit in (1, 0))
-            if carry in tables and total in tables:
-                order = sorted(pins, key=lambda pin: -cell.caps[pin])  # the lightest pin for the latest bit
-                found.append((cell.area, Adder(cell.name, tuple(order), tables[carry], tables[total], invert)))
-    return min(found, key=lambda pair: pair[0])[1] if found else None
 
 
 @dataclass(eq=False)
@@ -100,9 +65,9 @@ class Tree:
             bit.nets[inverted] = made
         return bit.nets[inverted]
 
-    def add(self, bits: list[Bit], one: bool = False) -> tuple[Bit, Bit]:
-        """Take the earliest three bits (two with `one`, the constant) out of `bits`; returns their carry and sum."""
-        count = 2 if one or len(bits) < 3 else 3
+    def add(self, bits: list[Bit], one: bool = False, count: int = 3) -> tuple[Bit, Bit]:
+        """Take the earliest three bits out of `bits` (or two, and the constant `one`); returns their carry and sum."""
+        count = 2 if one else min(count, len(bits))
 
         def choice(inverted: bool) -> tuple[float, list[Bit]]:
             taken = sorted(bits, key=lambda bit: bit.ready(inverted))[:count]
@@ -133,7 +98,6 @@ def cell(kind: str, inputs: dict[str, list], outputs: dict[str, list], **paramet
         "port_directions": sides,
         "connections": inputs | outputs,
         "parameters": text,
-        "attributes": {},
     }
 
 
@@ -190,11 +154,20 @@ def columns(macc: dict, width: int) -> tuple[list[list[Bit]], int]:
     return result, constant % (1 << width)
 
 
-def reduce(tree: Tree, bits: list[list[Bit]], constant: int, limit: float) -> tuple[list[Bit], list[list[Bit]], float]:
-    """Reduce all columns; returns the finished low bits, the two rows (and a carry) above them, and the latest time.
+def depth(bits: list[list[Bit]]) -> float:
+    """ps that full adders side by side take to bring all columns down to two bits (Dadda's heights)."""
+    levels, height = 0, 2
+    while height < max(map(len, bits)):
+        levels, height = levels + 1, height * 3 // 2
+    return GATE + SUM * levels
 
-    Low columns are finished bit by bit as long as that takes no longer than `limit`.
+
+def reduce(tree: Tree, bits: list[list[Bit]], constant: int, ripple: float) -> tuple[list[Bit], list[list[Bit]]]:
+    """Reduce all columns; returns the finished low bits and the two rows (and a carry into them) above.
+
+    Low columns are finished bit by bit as long as that takes no longer than all columns do, and `ripple` ps more.
     """
+    limit = depth(bits) + ripple
     done: list[Bit] = []
     rows: list[list[Bit]] = []
     for k in range(len(bits)):
@@ -202,8 +175,8 @@ def reduce(tree: Tree, bits: list[list[Bit]], constant: int, limit: float) -> tu
         one = bool(constant >> k & 1)
         above = bits[k + 1] if k + 1 < len(bits) else []
 
-        def add(one: bool = False, column=column, above=above) -> None:
-            carry, total = tree.add(column, one)
+        def add(one: bool = False, count: int = 3, column=column, above=above) -> None:
+            carry, total = tree.add(column, one, count)
             above.append(carry)
             column.append(total)
 
@@ -213,7 +186,8 @@ def reduce(tree: Tree, bits: list[list[Bit]], constant: int, limit: float) -> tu
             column.append(Bit(0.0, nets={False: "1", True: "0"}))
         chain = not rows
         while len(column) > (3 if chain else 2):
-            add()
+            late = len(column) == 3 and max(bit.time for bit in column) + CARRY > limit
+            add(count=2 if late else 3)  # a late carry stays, or it would run through all columns above
         if chain and len(column) > 1 and max(bit.time for bit in column) + SUM <= limit:
             add()
         if chain and len(column) == 1:
@@ -222,7 +196,7 @@ def reduce(tree: Tree, bits: list[list[Bit]], constant: int, limit: float) -> tu
             done.append(Bit(0.0, nets={False: "0"}))
         else:
             rows.append(column)
-    return done, rows, max((bit.time for column in rows for bit in column), default=0.0)
+    return done, rows
 
 
 def sum_of(tree: Tree, macc: dict, used: set[int], ripple: float) -> dict[int, int | str] | None:
@@ -231,9 +205,7 @@ def sum_of(tree: Tree, macc: dict, used: set[int], ripple: float) -> dict[int, i
     width = max((k + 1 for k, net in enumerate(y) if net in used), default=0)
     if not width or max(map(len, columns(macc, width)[0])) < 3:
         return None
-    trial = Tree(tree.full, tree.half, itertools.count())
-    *_, latest = reduce(trial, *columns(macc, width), limit=0.0)
-    done, rows, _ = reduce(tree, *columns(macc, width), limit=latest + ripple)
+    done, rows = reduce(tree, *columns(macc, width), ripple=ripple)
     made = {y[k]: tree.net(bit, False) for k, bit in enumerate(done) if y[k] in used}
     if rows:
         pad = Bit(0.0, nets={False: "0"})

@@ -81,6 +81,7 @@ class Builder:
         self.blocks: dict[str, list[np.ndarray]] = {}
         self.memory_in: list = []
         self.memory_out: list = []
+        self.names: dict[str, list[str]] = {}  # of the cells in `rows`
         self.sides: list[str] = []  # of each port: input, output, or nothing for the clock
         self.same: list[tuple[int, int]] = []  # nets that a part joins
 
@@ -134,10 +135,11 @@ class Builder:
         for port, info in self.top["ports"].items():
             self.out.ports[port] = self.ids(info["bits"])
             self.sides.append("" if port == "clk" else info["direction"])
-        for cell in self.top["cells"].values():
+        for name, cell in self.top["cells"].items():
             kind, wires = cell["type"], cell["connections"]
             if kind in self.library.cells:
                 order = pins(self.library.cells[kind])
+                self.names.setdefault(kind, []).append(name)
                 self.rows.setdefault(kind, []).append([self.id(wires[p][0]) if wires.get(p) else 0 for p in order])
             elif kind == MACRO:
                 self.add_memory(cell, module_of(cell, self.json))

@@ -22,18 +22,20 @@ def row(unit: units.Unit, found: dict) -> str:
     area, memory = found["area_um2"], found["memory_um2"]
     whole = area + memory if unit.paper and any("Engine" in name for name in unit.paper) else area
     period, clock = found["period_ps"], found["clock_mhz"]
+    plain = found.get("plain")  # kept results of an older recipe have none
+    plain_area, plain_period = (f"{plain['area_um2']:,.0f}", f"{plain['period_ps']['0']:,.0f}") if plain else ("", "")
     columns = [
-        f"`{unit.module}`", unit.what, f"{area:,.0f}", f"{found['kge']:,.1f}", f"{found['flip_flops']:,}",
+        f"`{unit.module}`", unit.what, f"{area:,.0f}", plain_area, f"{found['kge']:,.1f}", f"{found['flip_flops']:,}",
         f"{memory:,.0f}" if memory else "", ratio(whole, unit.paper_area), ratio(area, unit.aim),
-        f"{period['0']:,.0f}", f"{clock['0']:,}", f"{clock['2.5']:,}", f"{clock['5']:,}",
+        f"{period['0']:,.0f}", plain_period, f"{clock['0']:,}", f"{clock['2.5']:,}", f"{clock['5']:,}",
     ]  # fmt: skip
     return f"| {' | '.join(columns)} |"
 
 
 def table(found: dict[str, dict]) -> str:
     """Units and their results as Markdown."""
-    head = ["module", "what", "cells um2", "kGE", "flip-flops", "memory um2", "the paper's um2", "aim um2"]
-    head += ["path ps", "MHz", "MHz, 2.5 um", "MHz, 5 um"]
+    head = ["module", "what", "cells um2", "plain um2", "kGE", "flip-flops", "memory um2", "the paper's um2", "aim um2"]
+    head += ["path ps", "plain ps", "MHz", "MHz, 2.5 um", "MHz, 5 um"]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     lines += [row(unit, found[unit.module]) for unit in LIST if unit.module in found]
     return "\n".join(lines)

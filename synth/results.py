@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
-from synth import cells, compressor, flow, netlist, timing
+from synth import cells, flow, netlist, timing
 from synth.flow import DELAY, Library, Module
 from tests.builds import ROOT
 
@@ -36,7 +37,14 @@ def digest(module: str) -> str:
     """Of the RTL of a module, the cell table and the recipe."""
     rows = cells.TABLE.read_text().splitlines()
     table = [line for line in rows if not line.startswith("#") and ",energy,,,," not in line]
-    recipe = [flow.COARSE, flow.FINE, flow.CLOCK_GATES, flow.ABC, Path(compressor.__file__).read_text()]
+    recipe = [
+        f"{flow.LIMIT} {flow.OUTSIDE}",
+        flow.COARSE,
+        flow.FINE,
+        flow.CLOCK_GATES,
+        flow.ABC,
+        *(path.read_text() for path in flow.PASSES),
+    ]
     text = rtl_text(module) + "\n".join([*table, *recipe])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -71,6 +79,13 @@ def measure(module: str, library: Library) -> dict:
         "asked_ps": DELAY,
         "parts": own_areas(top, library),
     }
+
+
+def with_plain(module: str, library: Library) -> dict:
+    """The result of a module and beside it, under `plain`, what Yosys and ABC alone make of it."""
+    plain = measure(module, replace(library, plain=True, name=f"{library.name}-plain"))
+    kept = {key: plain[key] for key in ("area_um2", "period_ps")}
+    return {**measure(module, library), "plain": kept}
 
 
 def own_areas(top: Module, library: Library) -> dict[str, list]:

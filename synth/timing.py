@@ -157,32 +157,66 @@ def ends(design: Netlist, library: Library, slew: np.ndarray) -> list[tuple[str,
     return result
 
 
-def longest(design: Netlist, library: Library, wire: float = 0.0) -> Path:
-    """The path that limits the clock, with `wire` um of wire for each pin of a net."""
+@dataclass
+class Analysis:
+    """Arrival and slew [nodes], delay [arcs], `by` [nodes]: the arc that gave a node its arrival, -1 at a start."""
+
+    load: np.ndarray
+    arcs: Arcs
+    order: list[np.ndarray]
+    arrival: np.ndarray
+    slew: np.ndarray
+    places: dict[int, str]
+    delay: np.ndarray
+    by: np.ndarray
+
+
+def analyse(design: Netlist, library: Library, wire: float = 0.0, outside: float = 0.0) -> Analysis:
+    """Propagate arrivals and slews; inputs come `outside` ps later."""
     load = loads(design, library, wire)
     arcs = arcs_of(design, library)
     arrival, slew, places = starts(design, library, load)
-    by = np.full(2 * design.nets, -1)  # the arc that gave a node its arrival
-    for level in levels(arcs, 2 * design.nets):
+    arrival[np.unique(np.concatenate([2 * design.inputs, 2 * design.inputs + 1]))] += outside
+    empty = np.zeros(len(arcs.source)), np.full(2 * design.nets, -1)
+    found = Analysis(load, arcs, levels(arcs, 2 * design.nets), arrival, slew, places, *empty)
+    for level in found.order:
         source, target = arcs.source[level], arcs.target[level]
         numbers = basis(slew[source], load[target // 2])
         delay, edge = np.einsum("nk,nqk->qn", numbers, arcs.coefficients[arcs.table[level]])
-        time = arrival[source] + np.maximum(delay, 0.0)
+        found.delay[level] = np.maximum(delay, 0.0)
+        time = arrival[source] + found.delay[level]
         np.maximum.at(slew, target, np.where(time > -np.inf, edge, 0.0))
         order = np.lexsort((time, target))
         last = order[np.append(np.diff(target[order]) > 0, True)]  # the latest arc at each node
         last = last[time[last] > arrival[target[last]]]
         arrival[target[last]] = time[last]
-        by[target[last]] = level[last]
+        found.by[target[last]] = level[last]
+    return found
+
+
+def slack(found: Analysis, design: Netlist, library: Library, period: float, outside: float = 0.0) -> np.ndarray:
+    """[nets] ps that a net could come later with a clock of `period` ps; outputs must be there `outside` ps earlier."""
+    required = np.full(2 * design.nets, np.inf)
+    for name, nodes, setup in ends(design, library, found.slew):
+        np.minimum.at(required, nodes, period - setup - (outside if name == "port" else 0.0))
+    for level in reversed(found.order):
+        np.minimum.at(required, found.arcs.source[level], required[found.arcs.target[level]] - found.delay[level])
+    left = np.where(found.arrival > -np.inf, required - found.arrival, np.inf)
+    return left.reshape(-1, 2).min(axis=1)
+
+
+def longest(design: Netlist, library: Library, wire: float = 0.0) -> Path:
+    """The path that limits the clock, with `wire` um of wire for each pin of a net."""
+    found = analyse(design, library, wire)
     best = (-np.inf, "", -1)
-    for name, nodes, setup in ends(design, library, slew):
+    for name, nodes, setup in ends(design, library, found.slew):
         if len(nodes):
-            times = arrival[nodes] + setup
+            times = found.arrival[nodes] + setup
             at = int(np.argmax(times))
             best = max(best, (float(times[at]), name, int(nodes[at])))
     period, end, node = best
     steps = []
-    while node >= 0 and by[node] >= 0:
-        steps.append((arcs.names[arcs.table[by[node]]], round(float(arrival[node]), 1)))
-        node = int(arcs.source[by[node]])
-    return Path(period, places.get(node // 2, ""), end, tuple(reversed(steps)))
+    while node >= 0 and found.by[node] >= 0:
+        steps.append((found.arcs.names[found.arcs.table[found.by[node]]], round(float(found.arrival[node]), 1)))
+        node = int(found.arcs.source[found.by[node]])
+    return Path(period, found.places.get(node // 2, ""), end, tuple(reversed(steps)))
