@@ -9,7 +9,7 @@ SIM    := "builtin:room?n=20000" --path orbit --frames 8 --size 384x256 -o build
 STUDY  := "builtin:room?n=20000" --path orbit --frames 6 --size 384x256
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
-.PHONY: help setup lint test test-fast rtl-settings formal mutate coverage sim bench accuracy synth fpga params docs clean
+.PHONY: help setup lint test test-fast rtl-settings formal mutate coverage sim bench accuracy synth power fpga params docs clean
 .DELETE_ON_ERROR:
 
 help: ## print the targets
@@ -50,6 +50,9 @@ accuracy: $(USER) ## what each knob does to picture, time and bytes; writes docs
 
 synth: $(DEV) ## area and timing of every unit, or of UNIT=gs_merge_sort_unit, in ASAP7 cells; table in docs/synthesis.md
 	$(BIN)/python -m synth $(UNIT)
+
+power: $(DEV) ## power of the units on real tiles, or of UNIT=gs_merge_sort_unit; tables in docs/synthesis.md
+	$(BIN)/python -m synth.power $(UNIT)
 
 fpga: $(DEV) ## units placed and routed on a Lattice ECP5, or UNIT=gs_sorting_core; table in docs/synthesis.md
 	$(BIN)/python -m synth.fpga $(UNIT)

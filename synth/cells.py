@@ -2,7 +2,9 @@
 
 A row is one arc of a cell: from an input pin to an output pin (positive, negative or both: how an edge passes), from
 the clock (clock), from the clock to a gated clock (gated), or the time data or an enable must be there before the clock
-(setup); an input of a clock gate that is held at 0 has neither (tie). Units: um2, fF, ps, pW, fJ.
+(setup); an input of a clock gate that is held at 0 has neither (tie).
+A row of kind energy is no arc: it holds what an edge at an input costs inside of a register or clock gate, whatever
+the output does. Units: um2, fF, ps, pW, fJ.
 
 Delay and output slew are five numbers each, for an edge that rises and one that falls at the output (setup: at the data
 pin):  c0 + c1 * load + c2 * sqrt(slew) + c3 * slew + c4 * sqrt(slew * load),  slew being the 10-90 % time of the edge
@@ -40,7 +42,8 @@ class Arc:
 
 @dataclass
 class Cell:
-    """`functions` {output: Liberty expression}, `caps` {input: fF}, `energy` {output: fJ a toggle}."""
+    """`functions` {output: Liberty expression}, `caps` {input: fF}, `energy` {output: fJ a toggle}; `pin_energy`
+    {input: fJ a toggle} of those inputs where it counts."""
 
     name: str
     area: float
@@ -50,6 +53,7 @@ class Cell:
     energy: dict[str, float] = field(default_factory=dict)
     caps: dict[str, float] = field(default_factory=dict)
     arcs: list[Arc] = field(default_factory=list)
+    pin_energy: dict[str, float] = field(default_factory=dict)
 
     @property
     def sequential(self) -> bool:
@@ -93,7 +97,9 @@ def load(path: Path = TABLE) -> dict[str, Cell]:
                 cell.functions[row["output"]] = row["function"]
                 cell.max_load[row["output"]] = float(row["max_load"] or 0)
                 cell.energy[row["output"]] = float(row["energy"] or 0)
-            if row["pin"]:
+            if row["kind"] == "energy":
+                cell.pin_energy[row["pin"]] = float(row["energy"])
+            elif row["pin"]:
                 cell.caps[row["pin"]] = float(row["cap"])
                 numbers = np.array([[float(x) for x in (row[q] or "0 0 0 0 0").split()] for q in QUANTITIES])
                 cell.arcs.append(Arc(row["output"], row["pin"], row["kind"], numbers))
@@ -120,6 +126,9 @@ def save(cells: dict[str, Cell], path: Path, head: str) -> None:
                     out_pin = [arc.output, cell.functions[arc.output], f"{load:g}", f"{energy:.4g}"]
                 in_pin = [arc.pin, f"{cell.caps[arc.pin]:.4g}" if arc.pin else "", arc.kind]
                 out.writerow([*first, *out_pin, *in_pin, *(numbers(row) for row in arc.coefficients)])
+            for pin, energy in cell.pin_energy.items():
+                empty = [""] * len(QUANTITIES)
+                out.writerow([*first, "", "", "", f"{energy:.4g}", pin, f"{cell.caps[pin]:.4g}", "energy", *empty])
 
 
 def verilog(cells: dict[str, Cell]) -> str:

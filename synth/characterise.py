@@ -192,13 +192,19 @@ def cells_of(library: Group) -> dict[str, Cell]:
 
 
 def add_energy(cells: dict[str, Cell], path: Path) -> None:
-    """Leakage and energy a toggle from a table with columns cell, leakage_pW, pin, dir, energy_fJ_per_toggle."""
+    """Leakage and energy a toggle from a table with columns cell, leakage_pW, pin, dir, energy_fJ_per_toggle.
+
+    Inputs of gates are left out: theirs is below 0.02 fJ.
+    """
     with path.open(newline="") as file:
         for row in csv.DictReader(line for line in file if not line.startswith("#")):
             if row["cell"] in cells:
                 cells[row["cell"]].leakage = float(row["leakage_pW"])
+                energy = float(row["energy_fJ_per_toggle"] or 0)
                 if row["dir"] == "output":
-                    cells[row["cell"]].energy[row["pin"]] = float(row["energy_fJ_per_toggle"] or 0)
+                    cells[row["cell"]].energy[row["pin"]] = energy
+                elif energy >= 0.02:
+                    cells[row["cell"]].pin_energy[row["pin"]] = energy
 
 
 def main() -> None:

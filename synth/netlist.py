@@ -26,6 +26,7 @@ class Netlist:
     memory_in: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     memory_out: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     memories: dict[Memory, int] = field(default_factory=dict)
+    rams: list[tuple[Memory, dict[str, np.ndarray]]] = field(default_factory=list)  # each with the nets of its ports
 
 
 def pins(cell: Cell) -> list[str]:
@@ -98,7 +99,9 @@ class Builder:
         given = {name: integer(bits) for name, bits in cell["parameters"].items()}
         memory = Memory(given["WIDTH"], given["DEPTH"])
         self.out.memories[memory] = self.out.memories.get(memory, 0) + 1
-        for port, bits in cell["connections"].items():
+        ports = cell["connections"].items()
+        self.out.rams.append((memory, {port: self.ids(bits) for port, bits in ports if port != "clk"}))
+        for port, bits in ports:
             if port != "clk":
                 (self.memory_out if port == "rd_data" else self.memory_in).extend(self.ids(bits))
 
@@ -119,6 +122,7 @@ class Builder:
             self.blocks.setdefault(name, []).append(renamed[rows])
         self.memory_in.extend(renamed[part.memory_in])
         self.memory_out.extend(renamed[part.memory_out])
+        self.out.rams += [(m, {port: renamed[nets] for port, nets in ports.items()}) for m, ports in part.rams]
         for memory, count in part.memories.items():
             self.out.memories[memory] = self.out.memories.get(memory, 0) + count
 
@@ -161,6 +165,7 @@ class Builder:
             final[final == high] = low
         out.gates = {kind: final[np.concatenate(blocks)] for kind, blocks in sorted(self.blocks.items())}
         out.ports = {port: final[nets] for port, nets in out.ports.items()}
+        out.rams = [(m, {port: final[nets] for port, nets in ports.items()}) for m, ports in out.rams]
         sides = {"input": [], "output": []}
         for side, nets in zip(self.sides, out.ports.values(), strict=True):
             if side:

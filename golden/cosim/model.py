@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -54,8 +55,8 @@ class SliceFrame:
         return self.counters["cycles"]
 
 
-def _library(formats: Formats) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(build.library(formats)))
+def _library(formats: Formats, rtl: list[Path] | None) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(build.library(formats, rtl)))
     pointer, i64, u64 = ctypes.c_void_p, ctypes.c_int64, ctypes.c_uint64
     for name, result, arguments in (
         ("new", pointer, (pointer, u64)),
@@ -86,7 +87,7 @@ class Slice:
 
     Low level: fill `memory`, `start` a frame, `run` until it has ended, read the arrays. `frame` does it all.
     latency: of the memory. stall: not 0 pauses every handshake at random, drawn from it; the results are the same, the
-    cycles are not.
+    cycles are not. rtl: other sources than those of the project, as of build.library.
     """
 
     def __init__(
@@ -96,9 +97,10 @@ class Slice:
         stall: int = 0,
         watchdog: int = 200_000,
         size: int = 1 << 20,
+        rtl: list[Path] | None = None,
     ):
         self.formats = formats
-        self._library = _library(formats)
+        self._library = _library(formats, rtl)
         self._slice = None
         self._timing = (*latency, stall, watchdog)
         self.memory = np.zeros(0, np.uint8)
@@ -186,14 +188,14 @@ class Slice:
         (offsets int64[T + 1], words int64[E]). tile_xy [T, 2]: pixel origins, in the order of the tiles. first: entries
         of the tables' first chunk (sorting_core.first_length). watch is called now and then.
         """
-        config, tiles = self._load(features, table, incoming, tile_xy, width, height, background, first)
+        config, tiles = self.place(features, table, incoming, tile_xy, width, height, background, first)
         self.start(config, tiles)
         while (progress := self.run(STEP)) is not None:
             if watch:
                 watch(progress)
         return self._unload()
 
-    def _load(self, features, table, incoming, tile_xy, width, height, background, first):
+    def place(self, features, table, incoming, tile_xy, width, height, background, first):
         """Places a frame in memory, which grows when it has to; returns (config, tiles) for `start`."""
         data = records.record_bytes(self.formats, features).ravel()
         (table_at, table_words), (in_at, in_words) = table, incoming
