@@ -59,8 +59,8 @@ class Formats(NamedTuple):
     power_f: int  # e = u^2 + v^2 and p = e + opacity: alpha = 2^-p
     power_w: int  # of p when all above the cut's integer bits is one bit
     cut: int  # p <= cut is kept
-    itu_f: int  # |u|, |v| in the intersection test, UQ2.itu_f, truncated, saturated
-    itu_w: int
+    itu_f: int  # |v| and the reach of a row in the intersection test, UQ2.itu_f
+    edge_f: int  # u and v there, before they are narrowed
     itu_margin: int  # .power_f: no false negative
     exp_segments: int
     exp_f: int  # fraction bits of 2^-p behind the shift
@@ -114,7 +114,9 @@ def make(
     dist_f = min(power_f, footprint_bits) - 1
     cut = round(math.log2(alpha_cut) * 2**opacity_bits) << (power_f - opacity_bits)
     cut_i = max(3, (cut >> power_f).bit_length())
-    margin = _margin(alpha_cut, dist_f, power_f)
+    itu_f = min(7, footprint_bits - 7)
+    edge_f = itu_f + 4
+    margin = _margin(alpha_cut, dist_f, edge_f, power_f)
     opacity_w = opacity_bits + cut_i
     while ((1 << opacity_w) - 1) << (power_f - opacity_bits) <= cut + margin:
         opacity_w += 1  # the largest code is that of a Gaussian that is not there
@@ -146,8 +148,8 @@ def make(
         power_f=power_f,
         power_w=power_f + cut_i + 1,
         cut=cut,
-        itu_f=10,
-        itu_w=12,
+        itu_f=itu_f,
+        edge_f=edge_f,
         itu_margin=margin,
         exp_segments=exp_segments,
         exp_f=exp_bits,
@@ -169,15 +171,16 @@ def _check(good: bool, given: str, wants: str) -> None:
         raise InputError(f"--set {given}: wants {wants}")
 
 
-def _margin(alpha_cut: float, dist_f: int, power_f: int) -> int:
-    """ITU_MARGIN, .power_f: by how much u^2 + v^2 of a pixel that passes the cut may exceed what the SCU sums up.
+def _margin(alpha_cut: float, dist_f: int, edge_f: int, power_f: int) -> int:
+    """ITU_MARGIN, .power_f: how much more u^2 + v^2 of a pixel that passes the cut may be than is seen.
 
-    It narrows |u| and |v| by up to h = 2^-(dist_f + 1), and the sum by half a code. With u^2 + v^2 up to R^2 that is
-    2 sqrt(2) R h + 2 h^2 + half a code; the next power of two above it, in codes.
+    The SCU narrows |u| and |v| by up to h = 2^-(dist_f + 1), and the sum by half a code. With u^2 + v^2 up to R^2 that
+    is 2 sqrt(2) R h + 2 h^2 + half a code. The test takes |v| for up to e = 0.6875 codes of edge_f too large
+    (docs/raster_core/row_reach.md): 2 R e + e^2.
     """
-    half = 2.0 ** -(dist_f + 1)
-    most = 2 * math.sqrt(2 * math.log2(alpha_cut)) * half + 2 * half**2 + 2.0 ** -(power_f + 1)
-    return 1 << math.ceil(most * 2**power_f).bit_length()
+    radius, half, edge = math.sqrt(math.log2(alpha_cut)), 2.0 ** -(dist_f + 1), 0.6875 * 2.0**-edge_f
+    seen = 2 * math.sqrt(2) * radius * half + 2 * half**2 + 2.0 ** -(power_f + 1)
+    return math.ceil((seen + 2 * radius * edge + edge**2) * 2**power_f) + 1
 
 
 def exp_table(segments: int, fraction: int) -> list[tuple[int, int]]:

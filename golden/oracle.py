@@ -19,7 +19,7 @@ from golden.preprocess.projection import ALPHA_CUT, Projection, project
 from golden.raster_core import bounds, exp2_unit, pixel_blender
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.intersection_test_unit import bound, subtile_hit
+from golden.raster_core.group_test_unit import group_hits
 
 if TYPE_CHECKING:
     from golden.cameras.camera import Camera
@@ -223,7 +223,10 @@ def _blend_injected(f: Formats, offsets, index, mean, chol, code, mean2d, a, b, 
                     bits = bounds.tile_bits(f, ca, cb, cc, m_x, m_y, o, tile_x, tile_y, width, height)
                     hit = (bits >> np.uint64(subtile)) & np.uint64(1) == 1
                 else:
-                    hit = subtile_hit(f, u0, v0, ca, cb, cc, bound(f, o))
+                    m_x, m_y = np.int64(mean[i, 0]), np.int64(mean[i, 1])
+                    first = x0 - x0 % (side * params.UNITS)  # of the group
+                    hits = group_hits(f, ca, cb, cc, m_x, m_y, o, first, y0, width, height)
+                    hit = (hits >> ((x0 - first) // side)) & 1 == 1
                 if not hit:
                     continue
                 for y in range(y0, min(y0 + side, height)):

@@ -36,9 +36,9 @@
 `define GS_POWER_F 14
 `define GS_POWER_W 18
 `define GS_CUT 130980
-`define GS_ITU_F 10
-`define GS_ITU_W 12
-`define GS_ITU_MARGIN 16
+`define GS_ITU_F 7
+`define GS_EDGE_F 11
+`define GS_ITU_MARGIN 41
 `define GS_EXP_SEGMENTS 16
 `define GS_EXP_F 18
 `define GS_OFFSET_W 10

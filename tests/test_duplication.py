@@ -9,7 +9,7 @@ import pytest
 from golden.formats import REFERENCE
 from golden.hard_cases.setting import camera_a, gaussians
 from golden.preprocess import Features, duplicate, encode, project
-from golden.raster_core.intersection_test_unit import tile_bitmap
+from golden.raster_core.group_test_unit import tile_bitmap
 from tests.test_preprocess import random_scene, tilted
 
 

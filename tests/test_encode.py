@@ -15,7 +15,7 @@ from golden.formats import REFERENCE, record_offsets
 from golden.hard_cases import exact
 from golden.hard_cases.setting import camera_a, gaussians
 from golden.preprocess import encode, project
-from golden.raster_core.intersection_test_unit import bound
+from golden.raster_core.row_reach import limit
 from tests.test_preprocess import random_scene, tilted
 
 
@@ -62,7 +62,7 @@ def test_records_hold_what_was_encoded():
 def test_invisible_records_never_hit():
     f = encode(REFERENCE, project(random_scene(2000, 23), tilted()))
     assert (~f.visible).sum() > 100
-    assert all(bound(REFERENCE, int(o)) < 0 for o in f.opacity[~f.visible])
+    assert all(limit(REFERENCE, int(o)) < 0 for o in f.opacity[~f.visible])
 
 
 def test_what_does_not_fit_is_counted():

@@ -18,8 +18,8 @@ from golden.frame import Renderer
 from golden.preprocess import duplicate, encode, project
 from golden.raster_core import exp2_unit, group_finder, pixel_blender, power_unit, subtile_blender
 from golden.raster_core import subtile_compute_unit as scu
+from golden.raster_core.group_test_unit import tile_bitmap
 from golden.raster_core.group_tester import tile_bits
-from golden.raster_core.intersection_test_unit import tile_bitmap
 from golden.settings import Settings, parse
 from tests.test_preprocess import random_scene, tilted
 
@@ -254,7 +254,7 @@ def test_every_format_within_the_ranges_is_made_or_refused():
             continue
         made += 1
         shifts = (f.step_f - f.dist_f, 2 * f.dist_f - f.power_f, f.exp_f - f.alpha_f, f.t_f + f.colour_f - f.acc_f)
-        assert min(shifts) >= 1 and min(f.step_f - f.itu_f, 2 * f.itu_f - f.power_f, f.power_f - f.opacity_f) >= 0
+        assert min(shifts) >= 1 and min(f.chol_f - f.edge_f - 3, f.edge_f - f.itu_f, f.power_f - f.opacity_f) >= 0
         none = ((1 << f.opacity_w) - 1) << (f.power_f - f.opacity_f)
         assert (
             f.cut + f.itu_margin < none

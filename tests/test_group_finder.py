@@ -13,7 +13,7 @@ from golden.formats import REFERENCE
 from golden.frame import tiles_of
 from golden.preprocess import duplicate, encode, project
 from golden.raster_core import group_finder, group_tester
-from golden.raster_core import intersection_test_unit as itu
+from golden.raster_core.row_reach import limit
 from tb.lib.footprints import CHOL_MAX, cholesky, gaussians, mean_code, opacity_code
 
 SCENES = Path(__file__).parents[2] / "shared" / "scenes"
@@ -63,7 +63,7 @@ def near_limit(rows: np.ndarray, x0: int, y0: int, seed: int) -> np.ndarray:
         1 << REFERENCE.chol_f
     )
     v = rows[:, 4] * (y + 0.5 - rows[:, 1] / 1024) / (1 << REFERENCE.chol_f)
-    top = itu.bound(REFERENCE, 0) / (1 << 2 * REFERENCE.itu_f)
+    top = limit(REFERENCE, 0) / (1 << 2 * REFERENCE.itu_f)
     code = np.rint((top - u * u - v * v) * (1 << REFERENCE.opacity_f)) + r.integers(-2, 3, len(rows))
     rows = rows.copy()
     rows[:, 5] = code.clip(0, (1 << REFERENCE.opacity_w) - 1)
@@ -91,9 +91,7 @@ def test_no_group_is_missed_by_codes_at_the_ends_of_their_ranges():
     reach = 2 ** r.uniform(5, REFERENCE.mean_w - 1, (n, 2))
     mean = ((32 << REFERENCE.mean_f) + r.choice([-1, 1], (n, 2)) * reach).astype(np.int64)
     mean = mean.clip(-(1 << (REFERENCE.mean_w - 1)), (1 << (REFERENCE.mean_w - 1)) - 1)
-    opacity = np.where(
-        r.random(n) < 0.3, r.choice([0, itu.bound(REFERENCE, 0) >> 7, 65535], n), r.integers(0, 65536, n)
-    )
+    opacity = np.where(r.random(n) < 0.3, r.choice([0, limit(REFERENCE, 0) >> 7, 65535], n), r.integers(0, 65536, n))
     rows = np.column_stack([mean, size, opacity])
     compare(rows, (0, 0))
     compare(near_limit(rows, 0, 0, 2), (0, 0))

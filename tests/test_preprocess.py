@@ -19,7 +19,7 @@ from golden.hard_cases.setting import camera_a, gaussians
 from golden.preprocess import encode, project
 from golden.preprocess.colour import colours
 from golden.preprocess.projection import depths
-from golden.raster_core.intersection_test_unit import bound
+from golden.raster_core.row_reach import limit
 from golden.scene.gaussians import Gaussians
 
 DIAGONAL = (0.9238795, 0, 0, 0.3826834)  # 45 degrees about z
@@ -103,7 +103,7 @@ def test_p12_opacity_around_the_cut():
     f = encode(REFERENCE, p)
     assert f.opacity[2] == f.opacity[5] == REFERENCE.cut >> 1
     assert (
-        f.opacity[4] == 0 and (bound(REFERENCE, int(f.opacity[2])) >= 0) and (bound(REFERENCE, int(f.opacity[0])) < 0)
+        f.opacity[4] == 0 and (limit(REFERENCE, int(f.opacity[2])) >= 0) and (limit(REFERENCE, int(f.opacity[0])) < 0)
     )
 
 

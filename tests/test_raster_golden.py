@@ -10,7 +10,7 @@ from golden.formats import REFERENCE
 from golden.raster_core import exp2_unit, pixel_blender
 from golden.raster_core import subtile_compute_unit as scu
 from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.intersection_test_unit import tile_bitmap
+from golden.raster_core.group_test_unit import tile_bitmap
 from golden.raster_core.raster_core import rasterise
 from tb.raster_core.scenes import every_entry, scene, tiles, walls
 

@@ -9,8 +9,8 @@ import pytest
 from golden.fixed import half_up
 from golden.formats import COLOUR_LIMIT, REFERENCE
 from golden.raster_core import exp2_unit, pixel_blender, power_unit
-from golden.raster_core import intersection_test_unit as itu
 from golden.raster_core import subtile_compute_unit as scu
+from golden.raster_core.group_test_unit import tile_bitmap
 from tb.lib.footprints import COLOUR_MAX, cholesky, gaussians, mean_code, opacity_code
 
 ONE = 1 << REFERENCE.colour_f
@@ -194,7 +194,7 @@ def compare(rows, x0, y0):
     missed = hits = need = 0
     for n in range(len(rows)):
         mean_x, mean_y, a, b, c, opacity = rows[n, :6]
-        got = itu.tile_bitmap(REFERENCE, a, b, c, mean_x, mean_y, opacity, x0, y0, x0 + 64, y0 + 64)
+        got = tile_bitmap(REFERENCE, a, b, c, mean_x, mean_y, opacity, x0, y0, x0 + 64, y0 + 64)
         want = needed(mean_x, mean_y, a, b, c, opacity, x0, y0)
         for s in range(64):
             g, w = (got >> np.uint64(s)) & np.uint64(1), (want >> np.uint64(s)) & np.uint64(1)
@@ -214,7 +214,7 @@ def rows_of(x, y, chol, alpha) -> np.ndarray:
 # kind, and a bound just above the measured share of subtiles that are set where no pixel passes
 @pytest.mark.parametrize(
     ("kind", "vain"),
-    [("mixed", 2.1e-3), ("needle", 2.3e-3), ("huge", 3.8e-4), ("far", 6e-4), ("small", 1.1e-2), ("codes", 5.5e-3)],
+    [("mixed", 5e-3), ("needle", 3.8e-3), ("huge", 3.3e-3), ("far", 2.5e-3), ("small", 1.3e-2), ("codes", 9.5e-3)],
 )
 def test_no_pixel_is_missed_and_hardly_a_subtile_is_set_in_vain(kind, vain):
     rows = gaussians(20_000, 31, 28, 28, kind)
@@ -232,7 +232,7 @@ def test_i01_ellipse_that_ends_on_a_pixel_centre():
     exact = rows_of(np.array([61.5]), np.array([32.5]), chol, 0.3530083580)[0]
     rows = np.array([exact + [dx, 0, 0, 0, 0, do] for dx in (-1, 0, 1) for do in (-1, 0, 1)])
     found = [
-        (int(itu.tile_bitmap(REFERENCE, *r[2:5], *r[:2], r[5], 64, 0, 128, 64)) > 0, int(needed(*r, 64, 0)) > 0)
+        (int(tile_bitmap(REFERENCE, *r[2:5], *r[:2], r[5], 64, 0, 128, 64)) > 0, int(needed(*r, 64, 0)) > 0)
         for r in rows
     ]
     assert all(hit >= need for hit, need in found)
@@ -243,9 +243,9 @@ def test_i01_ellipse_that_ends_on_a_pixel_centre():
 def test_i02_the_extent_depends_on_the_opacity_and_is_not_three_sigma():
     chol = cholesky(np.array([10.0]), np.array([10.0]), np.zeros(1), low_pass=0)
     row = rows_of(np.array([33.0]), np.array([32.5]), chol, 1.0)[0]
-    assert needed(*row, 64, 0) and itu.tile_bitmap(REFERENCE, *row[2:5], *row[:2], row[5], 64, 0, 128, 64)
+    assert needed(*row, 64, 0) and tile_bitmap(REFERENCE, *row[2:5], *row[:2], row[5], 64, 0, 128, 64)
     faint = rows_of(np.array([33.0]), np.array([32.5]), chol, 0.3)[0]
-    assert not itu.tile_bitmap(REFERENCE, *faint[2:5], *faint[:2], faint[5], 64, 0, 128, 64)
+    assert not tile_bitmap(REFERENCE, *faint[2:5], *faint[:2], faint[5], 64, 0, 128, 64)
 
 
 def test_i05_needles_at_all_angles_and_shifts():
@@ -254,7 +254,7 @@ def test_i05_needles_at_all_angles_and_shifts():
     chol = cholesky(np.full(x.size, 640.0), np.full(x.size, 0.0064), angle)
     missed, hits, need = compare(rows_of(x, y, chol, 0.8), 0, 0)
     print(f"needles: {hits / need:.6f} set for one needed")
-    assert missed == 0 and hits / need <= 1.0001
+    assert missed == 0 and hits / need <= 1.0004
 
 
 def test_i06_splat_between_pixel_centres_blends_nothing():
@@ -264,9 +264,9 @@ def test_i06_splat_between_pixel_centres_blends_nothing():
     listed = 0
     for x0, y0 in ((0, 0), (64, 0), (0, 64), (64, 64)):
         assert not needed(*row, x0, y0)
-        listed += int(itu.tile_bitmap(REFERENCE, *row[2:5], *row[:2], row[5], x0, y0, 128, 128)).bit_count()
+        listed += int(tile_bitmap(REFERENCE, *row[2:5], *row[:2], row[5], x0, y0, 128, 128)).bit_count()
     assert listed <= 4
     faint = rows_of(np.array([64.0]), np.array([64.0]), chol, 0.0088)[0]
     assert not any(
-        itu.tile_bitmap(REFERENCE, *faint[2:5], *faint[:2], faint[5], x, y, 128, 128) for x in (0, 64) for y in (0, 64)
+        tile_bitmap(REFERENCE, *faint[2:5], *faint[:2], faint[5], x, y, 128, 128) for x in (0, 64) for y in (0, 64)
     )

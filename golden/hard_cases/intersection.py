@@ -18,7 +18,9 @@ EMPTY_TILE = 1100  # cycles of a tile without an entry: 1,024 beats of pixels, a
 
 
 @case(
-    "I01", "Ellipse that ends exactly on a pixel centre", "raster_core/test_intersection_test_unit: the_limit_is_exact"
+    "I01",
+    "Ellipse that ends exactly on a pixel centre",
+    "raster_core/test_row_reach: every_root_and_the_codes_beside_it",
 )
 def i01(run: Run) -> None:
     exact = encode(run.formats, ellipses((61.5, 32.5), (1, 0, 1), 0.3530083580))
@@ -77,7 +79,7 @@ def i04(run: Run) -> None:
 @case(
     "I05",
     "Diagonal needle over the subtile grid",
-    "raster_core/test_intersection_test_unit: it_is_the_golden_predicate",
+    "raster_core/test_group_test_unit: it_is_the_golden_predicate",
 )
 def i05(run: Run) -> None:
     shift = np.arange(16) / 16
@@ -96,7 +98,7 @@ def i05(run: Run) -> None:
         hits += bits_set(frame.raster.bitmaps)
         need += bits_set(want)
     run.equal("4096 needles: subtiles missed", missed, 0)
-    run.at_most("4096 needles: bits set for one needed", hits / need, 1.0001)
+    run.at_most("4096 needles: bits set for one needed", hits / need, 1.0004)
 
 
 @case("I06", "Splat between pixel centres")

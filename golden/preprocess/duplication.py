@@ -1,8 +1,8 @@
-"""Duplication: for each tile the Gaussians that touch it, by the predicate of the intersection test unit.
+"""Duplication: for each tile the Gaussians that touch it, by the predicate of the intersection test.
 
-A tile lists a Gaussian when golden.raster_core.intersection_test_unit.tile_bitmap is not zero. Asking that of all tiles
-would cost 512 row tests each, so the tiles are narrowed down in real arithmetic first, on an ellipse grown by more than
-everything the codes round or truncate; then the exact row tests run from the row where the form is smallest, and the
+A tile lists a Gaussian when golden.raster_core.group_test_unit.tile_bitmap is not zero. Asking that of all tiles
+would cost 16 group tests each, so the tiles are narrowed down in real arithmetic first, on an ellipse grown by more
+than everything the codes round or truncate; then the groups are tested from the row where the form is smallest, and the
 first hit decides (docs/preprocess.md).
 """
 
@@ -18,13 +18,13 @@ from golden import params
 from golden.formats import Formats
 from golden.preprocess.encode import Features
 from golden.raster_core import bounds
-from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.intersection_test_unit import bound, squared
+from golden.raster_core.group_tester import fast_hits
+from golden.raster_core.row_reach import limit
 
 _HALF = params.UNITS * params.SUBTILE  # pixels set up at once: a group of four subtiles
-# The test truncates |u| and |v| by up to one code each, which may add sqrt(2) codes to the radius; u0 and v0 are off by
-# half a code of STEP_F. In codes of ITU_F; more than twice that, so that the rounding of real arithmetic cannot matter.
-_SLACK = 4.0
+# The test takes |v| for up to 1.2 and the reach for up to 1.9 codes of ITU_F too small or large (group_finder.md). In
+# such codes; more than twice what that adds to the radius, so that the rounding of real arithmetic cannot matter.
+_SLACK = 5.0
 _BLOCKS = 256  # Gaussians are counted and filled in this many runs
 
 
@@ -63,10 +63,10 @@ def duplicate(f: Formats, features: Features, width: int, height: int) -> Pairs:
 @numba.njit(inline="always", cache=True)
 def _real(f: Formats, chol, opacity, i):
     """(a, b, c, radius): the footprint in real numbers and the largest sqrt(u^2 + v^2), grown; radius < 0: no pixel."""
-    limit = bound(f, opacity[i])
-    if limit < 0:
+    most = limit(f, opacity[i])
+    if most < 0:
         return 0.0, 0.0, 0.0, -1.0
-    radius = (math.sqrt(limit) + _SLACK) / (1 << f.itu_f)
+    radius = (math.sqrt(most) + _SLACK) / (1 << f.itu_f)
     step = 1.0 / (1 << f.chol_f)
     return chol[i, 0] * step, chol[i, 1] * step, chol[i, 2] * step, radius
 
@@ -171,35 +171,19 @@ def _touches(f: Formats, mean, chol, opacity, i, x0, y0, width, height):
         return bounds.tile_bits(f, a, b, c, mean_x, mean_y, o, x0, y0, width, height) != 0
     columns = min(params.TILE, -(-(width - x0) // params.SUBTILE) * params.SUBTILE)  # pixels of live subtiles
     rows = min(params.TILE, -(-(height - y0) // params.SUBTILE) * params.SUBTILE)
-    a, b, c, radius = _real(f, chol, opacity, i)
+    real_a, real_b, real_c, radius = _real(f, chol, opacity, i)
     left = x0 + 0.5 - mean_x / (1 << f.mean_f)
     top = y0 + 0.5 - mean_y / (1 << f.mean_f)
-    form, dy = _nearest(a, b, c, left, left + columns - 1, top, top + rows - 1)
+    form, dy = _nearest(real_a, real_b, real_c, left, left + columns - 1, top, top + rows - 1)
     if form > radius * radius:
         return False
-    guess = int(_clamp(math.floor(dy - top + 0.5), 0.0, rows - 1.0))
-    code_a, code_b, code_c = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
-    limit = bound(f, np.int64(opacity[i]))
-    for step in range(2 * rows):  # guess, guess + 1, guess - 1, guess + 2, ...
-        j = guess + ((step + 1) >> 1 if step & 1 else -(step >> 1))
-        if 0 <= j < rows and _row_hit(f, code_a, code_b, code_c, mean_x, mean_y, limit, x0, y0, j, columns):
-            return True
-    return False
-
-
-@numba.njit(cache=True)
-def _row_hit(f: Formats, a, b, c, mean_x, mean_y, limit, x0, y0, row, columns):
-    """Does pixel row `row` of the tile hit in any subtile? The arithmetic of intersection_test_unit.subtile_hit."""
-    j = row & (params.SUBTILE - 1)
-    for x in range(x0, x0 + columns, _HALF):
-        u0, v0 = setup(f, a, b, c, mean_x, mean_y, x, y0 + row - j)
-        rest = limit - squared(f, abs(v0 + j * c))
-        if rest < 0:
-            return False
-        for s in range(0, min(_HALF, x0 + columns - x), params.SUBTILE):
-            low = u0 + s * a + j * b
-            high = low + (params.SUBTILE - 1) * a
-            du = low if low > 0 else (-high if high < 0 else 0)
-            if squared(f, du) <= rest:
+    guess = int(_clamp(math.floor(dy - top + 0.5), 0.0, rows - 1.0)) // params.SUBTILE
+    rows //= params.SUBTILE
+    most = limit(f, np.int64(opacity[i]))
+    a, b, c = np.int64(chol[i, 0]), np.int64(chol[i, 1]), np.int64(chol[i, 2])
+    for at in range(2 * rows):  # guess, guess + 1, guess - 1, guess + 2, ...
+        row = guess + ((at + 1) >> 1 if at & 1 else -(at >> 1))
+        for x in range(x0, x0 + columns if 0 <= row < rows else x0, _HALF):
+            if fast_hits(f, a, b, c, mean_x, mean_y, most, x, y0 + row * params.SUBTILE, width):
                 return True
     return False

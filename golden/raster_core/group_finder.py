@@ -17,7 +17,7 @@ LATENCY = 10  # cycles from in_valid to out_valid
 INTERVAL = 3  # cycles between two records at least
 MID_F = 8  # fraction bits of u and v at the centre of a group
 NEAR_F = 4  # and of the distance in the test
-SLACK = 9  # units of MID_F
+SLACK = 13  # units of MID_F
 
 _WIDE = params.UNITS * params.SUBTILE - 1  # pixels between the centres at a group's ends
 _HIGH = params.SUBTILE - 1
@@ -45,7 +45,7 @@ def near(centre, half):
 
 @numba.njit(inline="always", cache=True)
 def limit(f: Formats, opacity):
-    """intersection_test_unit.bound, SQ3.(2*NEAR_F), floor."""
+    """row_reach.limit, SQ3.(2*NEAR_F), floor."""
     return (f.cut - (opacity << (f.power_f - f.opacity_f)) + f.itu_margin) >> (f.power_f - 2 * NEAR_F)
 
 

@@ -8,56 +8,61 @@ import numpy as np
 from golden import params
 from golden.formats import Formats
 from golden.raster_core import bounds, group_test_unit
-from golden.raster_core.ellipse_setup import setup
-from golden.raster_core.intersection_test_unit import bound, squared
+from golden.raster_core.ellipse_setup import corner
+from golden.raster_core.group_test_unit import column, ends
+from golden.raster_core.intersection_test_unit import hit
+from golden.raster_core.row_reach import EMPTY, limit, reach, step
+from golden.raster_core.span_finder import NOTHING, slope, upper
 
 SIDE = params.TILE // params.SUBTILE  # subtiles along a tile's side
 LATENCY = 1 + group_test_unit.LATENCY  # cycles from the read of a geometry to its hits
 
 
-@numba.njit(inline="always")
-def _least(low, high):
-    """Smallest |x| for x in low .. high."""
-    return low if low > 0 else (-high if high < 0 else 0)
+@numba.njit(cache=True)
+def fast_hits(f: Formats, a, b, c, mean_x, mean_y, most, x, y, width):
+    """group_test_unit.group_hits with the limit given and y inside the picture, faster where nothing is hit."""
+    u, v, v_low, far = corner(f, a, b, c, mean_x, mean_y, x, y)
+    if far:
+        return 0
+    v += v_low
+    last = v + step(f, c, params.SUBTILE - 1)
+    widest = reach(f, v if v > 0 else min(last, 0), most)
+    if widest == EMPTY:
+        return 0
+    slant = (params.SUBTILE - 1) * slope(f, b)
+    wide = column(f, a)
+    low, high = ends(f, a, u, upper(f, widest) - min(slant, 0), upper(f, widest) + max(slant, 0))
+    if high < 0 or low > (params.UNITS - 1) * wide:
+        return 0
+    right = left = NOTHING << f.edge_f
+    for j in range(params.SUBTILE):
+        row = reach(f, v + step(f, c, j), most)
+        if row != EMPTY:
+            right = max(right, upper(f, row) - j * slope(f, b))
+            left = max(left, upper(f, row) + j * slope(f, b))
+    low, high = ends(f, a, u, right, left)
+    hits = 0
+    for unit in range(min(params.UNITS, (width - x + params.SUBTILE - 1) // params.SUBTILE)):
+        hits |= int(hit(unit * wide, low, high)) << unit
+    return hits
 
 
 @numba.njit(cache=True, error_model="numpy")
 def tile_bits(f: Formats, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height):
-    """intersection_test_unit.tile_bitmap, faster: rows and groups that cannot be hit are skipped; or f.bound's test."""
+    """group_test_unit.tile_bitmap, faster; or f.bound's test."""
     if f.bound:
         return bounds.tile_bits(f, a, b, c, mean_x, mean_y, opacity, x0, y0, width, height)
     bits = np.uint64(0)
-    limit = bound(f, opacity)
-    if limit < 0:
-        return bits
-    edge = (params.SUBTILE - 1) * a
-    for row in range(SIDE):
+    most = limit(f, opacity)
+    for row in range(SIDE if most >= 0 else 0):
         y = y0 + row * params.SUBTILE
         if y >= height:
             break
         for half in range(SIDE // params.UNITS):
             x = x0 + half * params.UNITS * params.SUBTILE
-            if x >= width:
-                break
-            u0, v0 = setup(f, a, b, c, mean_x, mean_y, x, y)
-            v_least = squared(f, _least(v0, v0 + (params.SUBTILE - 1) * c))
-            if v_least > limit:
-                break
-            slant = (params.SUBTILE - 1) * b
-            low = u0 + min(slant, 0)
-            high = u0 + max(slant, 0) + (params.UNITS * params.SUBTILE - 1) * a
-            if v_least + squared(f, _least(low, high)) > limit:
-                continue
-            hits = 0
-            for j in range(params.SUBTILE):
-                room = limit - squared(f, abs(v0 + j * c))
-                if room >= 0:
-                    for unit in range(params.UNITS):
-                        left = u0 + unit * params.SUBTILE * a + j * b
-                        hits |= int(squared(f, _least(left, left + edge)) <= room) << unit
-            live = min(params.UNITS, (width - x + params.SUBTILE - 1) // params.SUBTILE)
-            hits &= (1 << live) - 1
-            bits |= np.uint64(hits) << np.uint64(row * SIDE + half * params.UNITS)
+            if x < width:
+                hits = fast_hits(f, a, b, c, mean_x, mean_y, most, x, y, width)
+                bits |= np.uint64(hits) << np.uint64(row * SIDE + half * params.UNITS)
     return bits
 
 

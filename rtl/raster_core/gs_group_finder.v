@@ -65,7 +65,7 @@ module gs_group_finder #(
     localparam HALF_W   = EXTENT_W - 1 - (CHOL_F - MID_F);
     localparam LIMIT_W  = 2*NEAR_F + 1 + OPACITY_W - OPACITY_F;  // .(2*NEAR_F), signed
     localparam BOUND_W  = LIMIT_W + POWER_F - 2*NEAR_F;
-    localparam [HALF_W-1:0]  SLACK = 9;        // units of MID_F
+    localparam [HALF_W-1:0]  SLACK = 13;       // units of MID_F
     localparam [BOUND_W-1:0] BOUND = CUT + ITU_MARGIN;
     localparam [OFF_W-1:0]   RIGHT = TILE/4 << MEAN_F;     // of the tile's corner: centre of the first group
     localparam [OFF_W-1:0]   BELOW = SUBTILE/2 << MEAN_F;
