@@ -30,7 +30,7 @@ ILLEGAL = [  # module, a parameter, the rule that it breaks
     ("gs_pixel_blender", "T_F=6", "T_F_must_hold_what_ALPHA_MAX_leaves"),
     ("gs_group_test_unit", "CUT=131072", "CUT_must_be_below_15_and_the_largest_OPACITY"),
     ("gs_group_test_unit", "CHOL_F=13", "EDGE_F_must_be_above_ITU_F_and_3_below_CHOL_F"),
-    ("gs_ellipse_setup", "CHOL_F=5", "CHOL_F_must_be_13_and_with_MEAN_F_hold_EDGE_F_and_5_bits"),
+    ("gs_ellipse_setup", "CHOL_F=12", "CHOL_F_must_be_13_and_with_MEAN_F_hold_EDGE_F_and_5_bits"),
     ("gs_group_finder", "CHOL_F=12", "CHOL_F_must_be_13_at_least_and_POWER_F_8"),
     ("gs_group_finder", "CUT=262144", "CUT_must_be_below_15_and_OPACITY_have_3_integer_bits"),
 ]
