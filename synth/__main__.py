@@ -48,8 +48,12 @@ def main() -> int:
     parser.add_argument(
         "--page", action="store_true", help="write the table of docs/synthesis.md from the kept results"
     )
+    parser.add_argument("--settings", action="store_true", help="areas at each setting, for the accuracy study")
     args = parser.parse_args()
     try:
+        if args.settings:
+            results.save_settings(own_library())
+            return 0
         if args.page:
             page.write()
             return 0

@@ -18,7 +18,6 @@ from synth.adders import Adder, adder
 from synth.cells import Cell
 
 GATE, INVERT, CARRY, SUM, HALF = 20.0, 28.0, 36.0, 60.0, 35.0  # ps: a term, an inverter, a full adder, a half adder
-INVERTED = 15.0  # ps that an adder may wait for bits that need no inverter
 MACC = "$macc_v2"
 
 
@@ -43,6 +42,7 @@ class Tree:
     full: Adder
     half: Adder
     fresh: itertools.count
+    patience: float  # ps that an adder may wait for bits that need no inverter
     gates: list[dict] = field(default_factory=list)
 
     def gate(self, kind: str, outputs: tuple[str, ...] = ("Y",), **inputs) -> list[int]:
@@ -72,7 +72,7 @@ class Tree:
         def choice(inverted: bool) -> tuple[float, list[Bit]]:
             taken = sorted(bits, key=lambda bit: bit.ready(inverted))[:count]
             made = sum(bit.ready(inverted) > bit.time for bit in taken)
-            return taken[-1].ready(inverted) + INVERTED * made, taken
+            return taken[-1].ready(inverted) + self.patience * made, taken
 
         uses = {False: choice(False), True: choice(True)}
         # a half adder cell adds true bits, and inverted bits with the constant 1
@@ -233,7 +233,7 @@ def prune(tree: Tree, used: set[int]) -> list[dict]:
     return kept[::-1]
 
 
-def compress(module: dict, cells: dict[str, Cell], ripple: float = 0.0) -> int:
+def compress(module: dict, cells: dict[str, Cell], patience: float = 15.0, ripple: float = 0.0) -> int:
     """Replace the sums of a module by trees, in place; returns how many."""
     full, half = adder(cells, 3), adder(cells, 2)
     maccs = {name: found for name, found in module["cells"].items() if found["type"] == MACC}
@@ -251,7 +251,7 @@ def compress(module: dict, cells: dict[str, Cell], ripple: float = 0.0) -> int:
     same: dict = {}
     trees = 0
     for name, macc in maccs.items():
-        tree = Tree(full, half, fresh)
+        tree = Tree(full, half, fresh, patience)
         made = sum_of(tree, macc, used, ripple)
         if made is None:
             continue

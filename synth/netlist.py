@@ -27,6 +27,7 @@ class Netlist:
     memory_out: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     memories: dict[Memory, int] = field(default_factory=dict)
     rams: list[tuple[Memory, dict[str, np.ndarray]]] = field(default_factory=list)  # each with the nets of its ports
+    left_out: list[tuple[int, float]] = field(default_factory=list)  # (net, fF) of inputs of parts that are not inside
 
 
 def pins(cell: Cell) -> list[str]:
@@ -67,6 +68,24 @@ def mapped_tree(module: Module, library: Library) -> dict[Module, int]:
         for name, count in mapped_tree(part, library).items():
             counts[name] = counts.get(name, 0) + count
     return counts
+
+
+def pin_loads(design: Netlist, library: Library, wire: float = 0.0) -> np.ndarray:
+    """[nets] fF of the pins of cells on each net, `wire` fF of wire for each of them."""
+    load = np.zeros(design.nets)
+    for kind, nets in design.gates.items():
+        cell = library.cells[kind]
+        for at, pin in enumerate(cell.caps):
+            np.add.at(load, nets[:, at], cell.caps[pin] + wire)
+    return load
+
+
+@cache
+def port_loads(part: Module, library: Library) -> dict[str, list[float]]:
+    """{port: fF of each of its bits} inside a module."""
+    design = netlist(part, library)
+    load = pin_loads(design, library)
+    return {port: [float(load[net]) for net in nets] for port, nets in design.ports.items()}
 
 
 class Builder:
@@ -131,6 +150,9 @@ class Builder:
         for port, bits in cell["connections"].items():
             if port != "clk":
                 side = "output" if cell["port_directions"][port] == "input" else "input"
+                if side == "output":
+                    loads = port_loads(module_of(cell, self.json), self.library)[port]
+                    self.out.left_out += zip(map(self.id, bits), loads, strict=True)
                 self.out.ports[f"part {len(self.out.ports)}"] = self.ids(bits)
                 self.sides.append(side)
 

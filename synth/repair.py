@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from synth.cells import Cell, basis, cheapest
-from synth.flow import Library, Module
-from synth.netlist import Builder, Netlist, pins
+from synth.flow import MACRO, Library, Module
+from synth.netlist import Builder, Netlist, module_of, pins, port_loads
 from synth.timing import Analysis, analyse, slack
 
 HEAVY = 8.0  # fF that one gate drives
@@ -43,46 +43,55 @@ def strip(top: dict, library: Library) -> None:
         cell["connections"] = {pin: [final(bit) for bit in bits] for pin, bits in cell["connections"].items()}
 
 
-def sinks(top: dict, library: Library) -> dict[int, list[tuple[str, str, float]]]:
-    """{net: [(cell, pin, fF)]} of the pins of library cells, without their clocks."""
+def sinks(json: dict, top: dict, library: Library) -> dict[int, list[tuple[str, str, int, float]]]:
+    """{net: [(cell, pin, bit of the pin, fF)]} of the pins of library cells and of parts, without their clocks."""
     found: dict[int, list] = {}
     for name, cell in top["cells"].items():
-        if cell["type"] in library.cells:
+        if cell["type"] not in library.cells and cell["type"] != MACRO:
+            loads = port_loads(module_of(cell, json), library)
+            for pin, bits in cell["connections"].items():
+                if pin != "clk" and cell["port_directions"][pin] == "input":
+                    for at, net in enumerate(bits):
+                        if isinstance(net, int):
+                            found.setdefault(net, []).append((name, pin, at, loads[pin][at]))
+        elif cell["type"] in library.cells:
             kind = library.cells[cell["type"]]
             clocks = {arc.pin for arc in kind.arcs if arc.kind in ("clock", "gated")}
             for pin, cap in kind.caps.items():
                 (net,) = cell["connections"][pin]
                 if pin not in clocks and isinstance(net, int):
-                    found.setdefault(net, []).append((name, pin, cap))
+                    found.setdefault(net, []).append((name, pin, 0, cap))
     return found
 
 
-def buffers(top: dict, library: Library, left: dict[int, float]) -> None:
+def buffers(json: dict, top: dict, library: Library, left: dict[int, float]) -> None:
     """Split nets of heavy load; pins stay outside of the buffers by the slack `left` of the nets behind them."""
     buffer = cheapest(library.cells, "buffer")
     (into,), (out,) = buffer.caps, buffer.functions
     wires = [bit for cell in top["cells"].values() for bits in cell["connections"].values() for bit in bits]
     fresh = 1 + max(bit for bit in wires if isinstance(bit, int))
 
-    def behind(sink: tuple[str, str, float]) -> float:
+    def behind(sink: tuple[str, str, int, float]) -> float:
         cell = top["cells"][sink[0]]
+        if cell["type"] not in library.cells:
+            return 0.0
         outs = [
             cell["connections"][pin][0] for pin in library.cells[cell["type"]].functions if pin in cell["connections"]
         ]
         return min((left.get(net, np.inf) for net in outs), default=np.inf)
 
-    for net, found in sinks(top, library).items():
+    for net, found in sinks(json, top, library).items():
         ordered = sorted(found, key=behind)
         while sum(cap for *_, cap in ordered) > HEAVY and len(ordered) > 1:
             taken: list = []
             while ordered and sum(cap for *_, cap in taken) < HEAVY:
                 taken.append(ordered.pop())
-            for cell, pin, _ in taken:
-                top["cells"][cell]["connections"][pin] = [fresh]
+            for cell, pin, at, _ in taken:
+                top["cells"][cell]["connections"][pin][at] = fresh
             name, sides = f"buffer{fresh}", {into: "input", out: "output"}
             wires = {into: [net], out: [fresh]}
             top["cells"][name] = {"type": buffer.name, "port_directions": sides, "connections": wires, "parameters": {}}
-            ordered.insert(0, (name, into, buffer.caps[into]))
+            ordered.insert(0, (name, into, 0, buffer.caps[into]))
             fresh += 1
 
 
@@ -146,7 +155,7 @@ def repair(json: dict, module: Module, library: Library, limit: float, outside: 
     build = Builder(json, module, library)
     design = build.build(whole=False)
     left = slack(analyse(design, library, outside=outside), design, library, limit, outside)
-    buffers(top, library, {net: left[at] for net, at in build.net.items() if isinstance(net, int)})
+    buffers(json, top, library, {net: left[at] for net, at in build.net.items() if isinstance(net, int)})
     best, kinds = np.inf, {}
     for _ in range(ROUNDS):
         build = Builder(json, module, library)

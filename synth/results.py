@@ -8,11 +8,14 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+from golden import formats
 from synth import cells, flow, netlist, timing
 from synth.flow import DELAY, Library, Module
 from tests.builds import ROOT
 
 FOLDER = Path(__file__).parent / "results"
+AREAS = ROOT / "golden" / "report" / "accuracy" / "area.json"
+CORES = ("gs_sorting_core", "gs_raster_core", "gs_late_core")
 WIRES = (0.0, 2.5, 5.0)  # um for each pin of a net
 
 
@@ -38,7 +41,7 @@ def digest(module: str) -> str:
     rows = cells.TABLE.read_text().splitlines()
     table = [line for line in rows if not line.startswith("#") and ",energy,,,," not in line]
     recipe = [
-        f"{flow.LIMIT} {flow.OUTSIDE}",
+        f"{flow.LIMIT} {flow.CLOCK} {flow.OUTSIDE} {flow.ATTEMPTS}",
         flow.COARSE,
         flow.FINE,
         flow.CLOCK_GATES,
@@ -86,6 +89,18 @@ def with_plain(module: str, library: Library) -> dict:
     plain = measure(module, replace(library, plain=True, name=f"{library.name}-plain"))
     kept = {key: plain[key] for key in ("area_um2", "period_ps")}
     return {**measure(module, library), "plain": kept}
+
+
+def save_settings(library: Library) -> None:
+    """Write AREAS: um2 of each core with its memories at every setting of the formats, for the accuracy study."""
+    found = {"made_from": {module: digest(module) for module in CORES}}
+    for setting in formats.PRESETS:
+        given = (
+            library if setting == "reference" else replace(library, setting=setting, name=f"{library.name}-{setting}")
+        )
+        cores = {module: measure(module, given) for module in CORES}
+        found[setting] = {module: round(core["area_um2"] + core["memory_um2"], 1) for module, core in cores.items()}
+    AREAS.write_text(json.dumps(found, indent=1) + "\n")
 
 
 def own_areas(top: Module, library: Library) -> dict[str, list]:

@@ -17,7 +17,7 @@ from synth import memories
 from synth.cells import Cell, basis, cheapest
 from synth.characterise import CLOCK_SLEW
 from synth.flow import Library
-from synth.netlist import CONSTANTS, Netlist, pins
+from synth.netlist import CONSTANTS, Netlist, pin_loads, pins
 
 WIRE_CAP = 0.173  # fF/um, signal wires of OpenROAD-flow-scripts' ASAP7 platform (setRC.tcl)
 RISE, FALL = 0, 1
@@ -73,11 +73,9 @@ def arcs_of(design: Netlist, library: Library) -> Arcs:
 
 def loads(design: Netlist, library: Library, wire: float) -> np.ndarray:
     """[nets] fF on each net."""
-    load = np.zeros(design.nets)
-    for kind, nets in design.gates.items():
-        cell = library.cells[kind]
-        for at, pin in enumerate(cell.caps):
-            np.add.at(load, nets[:, at], cell.caps[pin] + wire * WIRE_CAP)
+    load = pin_loads(design, library, wire * WIRE_CAP)
+    for net, cap in design.left_out:
+        load[net] += cap
     flop = cheapest(library.cells, "flop")
     np.add.at(load, design.memory_in, memories.PIN_CAP + wire * WIRE_CAP)
     np.add.at(load, design.outputs, flop.caps[flop.pin("setup")] + wire * WIRE_CAP)

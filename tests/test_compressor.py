@@ -128,7 +128,7 @@ def test_a_tree_is_the_sum(case, ripple, constant):
     known = dict(zip(operands[-1][:-1], constant))
     wires = module["cells"]["sum"]["connections"]
     wires |= {pin: [known.get(net, net) for net in wires[pin]] for pin in "ABC"}
-    assert compressor.compress(module, TABLE, ripple) == 1
+    assert compressor.compress(module, TABLE, ripple=ripple) == 1
     assert any(cells.short(gate["type"]) == "FAx1" for gate in module["cells"].values())
     draw = random.Random(1)
     for trial in range(30):

@@ -46,7 +46,7 @@ def test_a_heavy_net_gets_a_balanced_tree(count):
             assert net == 3, "not behind the inverter"
             depths.add(depth)
     assert max(depths) <= {3: 0, 40: 1, 400: 2}[count]
-    for net, pins in repair.sinks(design["modules"]["top"], TABLE).items():
+    for net, pins in repair.sinks(design, design["modules"]["top"], TABLE).items():
         assert sum(cap for *_, cap in pins) < repair.HEAVY * 2, net
 
 
