@@ -3,8 +3,8 @@
 //   latency LATENCY = 10; at most one record in any three cycles, which in_valid keeps to; never stalls
 //
 //   S1 offset    dx, dy = centre of the first group - mean                           exact
-//   S2 multiply  a*dx, b*dy, c*dy in turn on one multiplier                          exact
-//   S3 centre    u = a*dx + b*dy, v = c*dy -> SQ8.MID_F                              floor, sat
+//   S2 multiply  a*dx, b*dy, c*dy in turn, the offset's two halves side by side      exact
+//   S3 centre    halves joined; u = a*dx + b*dy, v = c*dy -> SQ8.MID_F               floor, sat
 //   S4 step      to the centres of all groups: rows 0-2, 3-5, 6-7 in three cycles    exact
 //   S5 distance  |u|, |v| less half of the group -> UQ2.NEAR_F                       floor, sat
 //   S6 square    limit - dv^2, du^2                                                  exact
@@ -57,6 +57,7 @@ module gs_group_finder #(
     localparam NEAR_W  = NEAR_F + 2;
     localparam OFF_W   = MEAN_W + 1;            // SQ14.MEAN_F
     localparam PROD_W  = CHOL_W + 1 + OFF_W;
+    localparam LOW_W   = OFF_W / 2;             // bits in the low half of an offset
     localparam SUM_W   = PROD_W + 1;
     localparam DROP    = CHOL_F + MEAN_F - MID_F;
     localparam A_DROP   = CHOL_F - MID_F - 5;  // of 32a
@@ -139,21 +140,22 @@ module gs_group_finder #(
     wire [MEAN_W-1:0] in_mean_y = in_geometry[MEAN_W +: MEAN_W];
     wire [OFF_W-1:0]  in_corner_x = {{OFF_W-MEAN_F-PIXEL_W{1'b0}}, in_x0[PIXEL_W-1:TILE_W], {MEAN_F+TILE_W{1'b0}}};
     wire [OFF_W-1:0]  in_corner_y = {{OFF_W-MEAN_F-PIXEL_W{1'b0}}, in_y0[PIXEL_W-1:TILE_W], {MEAN_F+TILE_W{1'b0}}};
-    reg signed [OFF_W-1:0] s1_dx;
-    reg signed [OFF_W-1:0] s1_dy;
-    reg [CHOL_W-1:0]       s1_a;  // UQ1.CHOL_F
-    reg [CHOL_W:0]         s1_b;  // SQ1.CHOL_F
-    reg [CHOL_W-1:0]       s1_c;  // UQ1.CHOL_F
-    reg [OPACITY_W-1:0]    s1_opacity;
-    reg [8:0]              s1_rows;
-    reg [1:0]              s1_halves;
+    // a, b and c turn past the multiplier, a first, and so do dx, dy, dy; behind three turns they are where they were.
+    reg signed [OFF_W-1:0]  s1_offset;
+    reg        [OFF_W-1:0]  s1_dy;
+    reg signed [CHOL_W:0]   s1_factor;   // a, b, c: UQ1, SQ1, UQ1.CHOL_F
+    reg        [CHOL_W:0]   s1_next;     // b, c, a
+    reg        [CHOL_W:0]   s1_other;    // c, a, b
+    reg [OPACITY_W-1:0]     s1_opacity;
+    reg [8:0]               s1_rows;
+    reg [1:0]               s1_halves;
     always @(posedge clk) begin
+        s1_offset <= in_valid ? (in_corner_x | RIGHT) - {in_mean_x[MEAN_W-1], in_mean_x} : s1_dy;
+        s1_factor <= in_valid ? {1'b0, in_geometry[2*MEAN_W +: CHOL_W]} : s1_next;
+        s1_next   <= in_valid ? in_geometry[2*MEAN_W+CHOL_W +: CHOL_W+1] : s1_other;
+        s1_other  <= in_valid ? {1'b0, in_geometry[2*MEAN_W+2*CHOL_W+1 +: CHOL_W]} : s1_factor;
         if (in_valid) begin
-            s1_dx      <= (in_corner_x | RIGHT) - {in_mean_x[MEAN_W-1], in_mean_x};
             s1_dy      <= (in_corner_y | BELOW) - {in_mean_y[MEAN_W-1], in_mean_y};
-            s1_a       <= in_geometry[2*MEAN_W +: CHOL_W];
-            s1_b       <= in_geometry[2*MEAN_W+CHOL_W +: CHOL_W+1];
-            s1_c       <= in_geometry[2*MEAN_W+2*CHOL_W+1 +: CHOL_W];
             s1_opacity <= in_geometry[GEOMETRY_W-1 -: OPACITY_W];
             s1_rows    <= in_rows;
             s1_halves  <= in_halves;
@@ -161,12 +163,16 @@ module gs_group_finder #(
     end
 
     // S2 multiply: .(CHOL_F+MEAN_F)
-    wire signed [CHOL_W:0]  s1_factor = go[1] ? {1'b0, s1_a} : go[2] ? s1_b : {1'b0, s1_c};
-    wire signed [OFF_W-1:0] s1_offset = go[1] ? s1_dx : s1_dy;
-    reg signed [PROD_W-1:0] s2_prod;
+    wire signed [OFF_W-1:LOW_W] s1_high = s1_offset[OFF_W-1:LOW_W];
+    wire signed [LOW_W:0]       s1_low  = {1'b0, s1_offset[LOW_W-1:0]};
+    reg signed [PROD_W-1:LOW_W] s2_high;
+    reg        [CHOL_W+LOW_W:0] s2_low;
+    wire signed [PROD_W-1:0] s2_prod = {s2_high, {LOW_W{1'b0}}}
+                                     + {{PROD_W-1-CHOL_W-LOW_W{s2_low[CHOL_W+LOW_W]}}, s2_low};
     reg signed [PROD_W-1:0] s2_before;
     always @(posedge clk) begin
-        s2_prod   <= s1_factor * s1_offset;
+        s2_high   <= s1_factor * s1_high;
+        s2_low    <= s1_factor * s1_low;
         s2_before <= s2_prod;
     end
 
@@ -183,9 +189,9 @@ module gs_group_finder #(
     always @(posedge clk) begin
         s3_u <= narrow(s2_sum[SUM_W-1:DROP]);
         if (go[3]) begin
-            s3_a       <= s1_a;
-            s3_b       <= s1_b;
-            s3_c       <= s1_c;
+            s3_a       <= s1_next[CHOL_W-1:0];
+            s3_b       <= s1_other;
+            s3_c       <= s1_factor[CHOL_W-1:0];
             s3_opacity <= s1_opacity;
             s3_rows    <= s1_rows;
             s3_halves  <= s1_halves;
