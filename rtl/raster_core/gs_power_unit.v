@@ -4,8 +4,9 @@
 //   behind in_valid
 //
 //   S1         dx, dy = centre of the first pixel - mean                     exact
-//   S2 to S5   c*dy, a*dx, a*dx + b*dy on one multiplier                     half_up
-//   S4, S6     v, u of the first pixel wait; beyond SQ5 all is far           wrap
+//   S2 to S4   c*dy, a*dx, b*dy on one multiplier, cut in two by a register  exact
+//   S4 to S6   their sums                                                    half_up
+//   S5, S7     v, u of the first pixel wait; beyond SQ5 all is far           wrap
 //   S8         v of the upper row                                            exact
 //   S9         u of both rows; |v| -> UQ2.DIST_F                             exact; half_up, else far
 //   S10        |u| of every lane -> UQ2.DIST_F; v^2 + opacity                half_up, else far; exact
@@ -51,6 +52,8 @@ module gs_power_unit #(
     localparam U_W       = STEP_F + 6;                       // SQ5.STEP_F
     localparam SET_DROP  = CHOL_F + MEAN_F - STEP_F;
     localparam SUM_W     = CHOL_W + MEAN_W + 3;
+    localparam LOW_W     = (CHOL_W + 1) / 2;                 // of a factor, in the lower one of two products
+    localparam PART_W    = LOW_W + MEAN_W + 2;
     localparam HIGH_W    = SUM_W - SET_DROP - U_W + 1;       // bits that are all equal unless it is far
     localparam DIST_DROP = STEP_F - DIST_F;
     localparam SQUARE_W  = 2*DIST_W;
@@ -59,7 +62,7 @@ module gs_power_unit #(
     localparam SHIFT     = 2*DIST_F - OPACITY_F;
     localparam BIAS_W    = (SQUARE_W > OPACITY_W + SHIFT ? SQUARE_W : OPACITY_W + SHIFT) + 1;  // v^2 + opacity
     localparam E_W       = SQUARE_W + 1;
-    localparam signed [SUM_W-1:0] SET_HALF  = 1 << (SET_DROP - 1);
+    localparam [SUM_W-1:0]        SET_HALF  = 1 << (SET_DROP - 1);
     localparam [DIST_DROP-1:0]    DIST_HALF = 1 << (DIST_DROP - 1);
     localparam [BIAS_W-1:0]       HALF      = 1 << (E_DROP - 1);
 
@@ -110,37 +113,46 @@ module gs_power_unit #(
         s1_dy      <= {2'b00, in_y0, 1'b1, {MEAN_F-1{1'b0}}} - {in_mean_y[MEAN_W-1], in_mean_y};
     end
 
-    // c*dy leaves the multiplier at S3, a*dx at S4, a*dx + b*dy at S5
-    wire signed [CHOL_W:0]  mul_x = start_q[4] ? s1_b : {1'b0, start_q[3] ? s1_a : s1_c};
-    wire signed [MEAN_W:0]  mul_y = start_q[3] ? s1_dx : s1_dy;
-    reg  signed [SUM_W-1:0] s3_sum;
-    wire signed [SUM_W-1:0] mul_add = start_q[4] ? s3_sum : SET_HALF;
-    always @(posedge clk) s3_sum <= mul_x * mul_y + mul_add;
-    wire s3_near = s3_sum[SUM_W-1 -: HIGH_W] == {HIGH_W{s3_sum[SUM_W-1]}};
+    // S2 to S4: c*dy, a*dx, b*dy, one after the other, as two products of half the digits each
+    reg  signed [CHOL_W:0]      s2_x;
+    reg  signed [MEAN_W:0]      s2_y;
+    reg  signed [PART_W-1:0]    s3_low;
+    reg  signed [PART_W-1:0]    s3_high;
+    reg         [SUM_W-1:0]     s4_sum;  // c*dy when a Gaussian stands at S4, a*dx + b*dy at S6
+    wire signed [LOW_W:0]       s2_low  = {1'b0, s2_x[LOW_W-1:0]};
+    wire signed [CHOL_W-LOW_W:0] s2_high = s2_x[CHOL_W:LOW_W];
+    wire        [SUM_W-1:0]     s3_wide_low  = {{SUM_W-PART_W{s3_low[PART_W-1]}}, s3_low};
+    wire        [SUM_W-1:0]     s3_wide_high = {{SUM_W-PART_W{s3_high[PART_W-1]}}, s3_high};
+    always @(posedge clk) begin
+        s2_x    <= start_q[3] ? s1_b : {1'b0, start_q[2] ? s1_a : s1_c};
+        s2_y    <= start_q[2] ? s1_dx : s1_dy;
+        s3_low  <= s2_low * s2_y;
+        s3_high <= s2_high * s2_y;
+        s4_sum  <= s3_wide_low + (s3_wide_high << LOW_W) + (start_q[5] ? s4_sum : SET_HALF);
+    end
+    wire s4_near = s4_sum[SUM_W-1 -: HIGH_W] == {HIGH_W{s4_sum[SUM_W-1]}};
 
-    // S4 to S7: what waits
-    reg [U_W-1:0]       s4_v;
-    reg                 s4_near;
+    // S5 to S8: what waits
+    reg [U_W-1:0]       s5_v;
+    reg                 s5_near;
     reg [CHOL_W-1:0]    s5_a;
     reg [CHOL_W:0]      s5_b;
     reg [CHOL_W-1:0]    s5_c;
     reg [OPACITY_W-1:0] s5_opacity;
-    reg [U_W-1:0]       s6_u;
-    reg                 s6_near;
+    reg [U_W-1:0]       s7_u;
+    reg                 s7_near;
     always @(posedge clk) begin
-        if (start_q[3]) begin
-            s4_v    <= s3_sum[SET_DROP +: U_W];
-            s4_near <= s3_near;
-        end
         if (start_q[4]) begin
+            s5_v       <= s4_sum[SET_DROP +: U_W];
+            s5_near    <= s4_near;
             s5_a       <= s1_a;
             s5_b       <= s1_b;
             s5_c       <= s1_c;
             s5_opacity <= s1_opacity;
         end
-        if (start_q[5]) begin
-            s6_u    <= s3_sum[SET_DROP +: U_W];
-            s6_near <= s3_near && s4_near;
+        if (start_q[6]) begin
+            s7_u    <= s4_sum[SET_DROP +: U_W];
+            s7_near <= s4_near && s5_near;
         end
     end
 
@@ -161,14 +173,14 @@ module gs_power_unit #(
             s8_b <= s5_b;
             s8_c <= s5_c;
         end
-        s8_v <= start_q[7] ? s4_v : s8_v + (s8_wide_c << 1);
+        s8_v <= start_q[7] ? s5_v : s8_v + (s8_wide_c << 1);
         if (start_q[8]) begin
             s9_a       <= s5_a;
             s9_opacity <= s5_opacity;
-            s9_near    <= s6_near;
+            s9_near    <= s7_near;
         end
-        s9_u[0 +: U_W]   <= start_q[8] ? s6_u : s9_u[0 +: U_W] + (s8_wide_b << 1);
-        s9_u[U_W +: U_W] <= (start_q[8] ? s6_u : s9_u[U_W +: U_W]) + s8_step;
+        s9_u[0 +: U_W]   <= start_q[8] ? s7_u : s9_u[0 +: U_W] + (s8_wide_b << 1);
+        s9_u[U_W +: U_W] <= (start_q[8] ? s7_u : s9_u[U_W +: U_W]) + s8_step;
     end
 
     // v is a stage ahead of u: S10 adds the opacity and half of p's last place
@@ -220,7 +232,7 @@ module gs_power_unit #(
             wire unused_ok = &{1'b0, s10_sum[E_DROP-1:0]};
         end
     endgenerate
-    wire unused_ok = &{1'b0, s3_sum[SET_DROP-1:0]};
+    wire unused_ok = &{1'b0, s4_sum[SET_DROP-1:0]};
 
 endmodule
 
