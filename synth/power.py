@@ -19,7 +19,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.report.reproduce.paper import TABLE4
-from synth import activity, cells, circuit, energy, gatesim, netlist, results
+from synth import activity, cells, circuit, energy, gatesim, joint, results
 from synth.__main__ import own_library
 from synth.flow import Library, Module
 from synth.page import PAGE
@@ -77,7 +77,7 @@ def figures(spent: np.ndarray, leakage: float) -> dict:
 
 def measure(module: str, library: Library, scene: str) -> dict:
     """Power of a unit on its recording."""
-    design = netlist.netlist(Module(module), library)
+    design = joint.joined(Module(module), library)
     (source,) = (path for path in builds.sources(module) if path.stem == module)
     given = activity.stimulus(module, {port: len(nets) for port, nets in design.ports.items()}, source)
     sides = []

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from golden import formats
-from synth import cells, flow, netlist, timing
+from synth import cells, flow, joint, netlist, timing
 from synth.flow import DELAY, Library, Module
 from tests.builds import ROOT
 
@@ -46,7 +46,7 @@ def digest(module: str) -> str:
         flow.FINE,
         flow.CLOCK_GATES,
         flow.ABC,
-        *(path.read_text() for path in flow.PASSES),
+        *(path.read_text() for path in [*flow.PASSES, Path(joint.__file__)]),
     ]
     text = rtl_text(module) + "\n".join([*table, *recipe])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -55,7 +55,7 @@ def digest(module: str) -> str:
 def measure(module: str, library: Library) -> dict:
     """Map a module with its parts and measure it."""
     top = Module(module)
-    design = netlist.netlist(top, library)
+    design = joint.joined(top, library)
     runs = {part: flow.map_module(part, library) for part in netlist.mapped_tree(top, library)}
     paths = {wire: timing.longest(design, library, wire) for wire in WIRES}
     area = netlist.area(design, library)
