@@ -49,5 +49,5 @@ def benches(module: str, library: Library) -> list[Bench]:
         if bench.top == module:
             sizes = tuple(sorted(bench.parameters.items()))
             gates = files(Module(module, sizes), library)
-            found.append(Bench(bench.top, bench.bench, bench.parameters, ("verilator",), bench.slow, gates))
+            found.append(Bench(bench.top, bench.bench, bench.parameters, ("verilator",), bench.slow, gates, few=True))
     return found

@@ -63,7 +63,8 @@ module gs_exp2_unit #(
     wire [EXP_F:0]       in_place   = ONE << in_whole;
     wire [EXP_F:0]       in_halves  = (in_place >> 1) | (in_place << (DROP - 1));
 
-    wire [SUM_W-1:0]     in_sum     = {{EXP_F+1-BASE_W{1'b0}}, in_base, {OFFSET_W{1'b1}}} + {in_halves, {OFFSET_W{1'b0}}}
+    wire [SUM_W-1:0]     in_sum     = {{EXP_F+1-BASE_W{1'b0}}, in_base, {OFFSET_W{1'b1}}}
+                                    + {in_halves, {OFFSET_W{1'b0}}}
                                     - {{SUM_W-SLOPE_W{1'b0}}, in_slope} * {{SUM_W-OFFSET_W{1'b0}}, in_offset};
     wire [ALPHA_F:0]     in_shifted = in_sum[SUM_W-1:OFFSET_W+DROP] >> in_whole;
 

@@ -147,7 +147,8 @@ module gs_group_test_unit #(
     generate
         for (j = 0; j < SUBTILE; j = j + 1) begin : g_row
             gs_row_reach row (
-                .clk(clk), .in_v_high(s_v_high), .in_v_low(s_v_low), .in_step(s2_jc[j*(C_W+3) +: C_W+3]), .in_limit(s3_limit),
+                .clk(clk), .in_v_high(s_v_high), .in_v_low(s_v_low), .in_step(s2_jc[j*(C_W+3) +: C_W+3]),
+                .in_limit(s3_limit),
                 .out_empty(r_empty[j]), .out_reach(r_reach[j*(ITU_F+2) +: ITU_F+2])
             );
         end

@@ -36,7 +36,7 @@ module gs_pixel_blender #(
     input  wire                      in_blend,
     input  wire                      in_swap,     // the pixel changes: to in_state,
     input  wire                      in_load,
-    input  wire                      in_open,     // or, without load, to a fresh one, with T = 1.0, or T = 1 when not open
+    input  wire                      in_open,     // without load, to a fresh one: T = 1.0, or T = 1 when not open
     input  wire [T_F+3*ACC_W-1:0]    in_state,    // {blue, green, red, t}
     input  wire [3*COLOUR_W-1:0]     in_colours,  // {blue, green, red}, UQ3.COLOUR_F
     input  wire [3*(COLOUR_W+2)-1:0] in_triples,  // UQ5.COLOUR_F
@@ -98,7 +98,8 @@ module gs_pixel_blender #(
         begin
             accumulate = {acc, 1'b1, {ACC_DROP-1{1'b0}}};
             for (i = 0; i < 2*WEIGHT_D; i = i + 2) begin
-                row = ({COLOUR_W+2{w[i +: 2] == 2'd1}} & {2'b00, x}) | ({COLOUR_W+2{w[i +: 2] == 2'd2}} & {1'b0, x, 1'b0})
+                row = ({COLOUR_W+2{w[i +: 2] == 2'd1}} & {2'b00, x})
+                    | ({COLOUR_W+2{w[i +: 2] == 2'd2}} & {1'b0, x, 1'b0})
                     | ({COLOUR_W+2{w[i +: 2] == 2'd3}} & x3);
                 accumulate = accumulate + ({{FULL_W-COLOUR_W-2{1'b0}}, row} << i);
             end

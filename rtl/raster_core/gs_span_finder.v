@@ -83,7 +83,8 @@ module gs_span_finder #(
     reg [W-1:0] s2_right;
     reg [W-1:0] s2_left;
     always @(posedge clk) begin
-        s2_right <= larger(larger(s1_right2[0 +: W], s1_right2[W +: W]), larger(s1_right2[2*W +: W], s1_right2[3*W +: W]));
+        s2_right <= larger(larger(s1_right2[0 +: W], s1_right2[W +: W]),
+                           larger(s1_right2[2*W +: W], s1_right2[3*W +: W]));
         s2_left  <= larger(larger(s1_left2[0 +: W], s1_left2[W +: W]), larger(s1_left2[2*W +: W], s1_left2[3*W +: W]));
     end
     assign out_right = s2_right;
