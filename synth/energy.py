@@ -42,7 +42,7 @@ def frame(run: dict, power: dict[str, dict], size: tuple[int, int]) -> dict:
     """mJ of a mean steady frame of a run of `splatcore simulate`, by part, and what follows from it."""
     steady = run["per_frame"][1:] or run["per_frame"]
     seconds = sum(record["cycles"] for record in steady) / len(steady) / CLOCK
-    moved = sum(sum(part.values()) for record in steady for part in record["bytes"].values()) / len(steady)
+    moved = sum(sum(part.values()) for record in steady for part in record["dram_bytes"].values()) / len(steady)
     found = {}
     for part in PARTS:
         unit = power[part.module]

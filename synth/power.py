@@ -1,9 +1,9 @@
 """`make power`: what units draw at 1 GHz while the slice draws real tiles: toggles of their gates x library energy.
 
-python -m synth.power [UNIT | all] [--scene fox|room] [--page]
+python -m synth.power [UNIT | all | frames] [--scene fox|room] [--page]
 
 Each unit's ports are recorded in the RTL (activity.py) and replayed on its gates (gatesim.py), whose outputs must be
-those of the RTL; a toggle costs its driver's energy and that of the pins on the net. With all units, energy.py follows.
+those of the RTL; a toggle costs its driver's energy and that of the pins on the net. Then energy.py follows: frames.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import time
 import numpy as np
 
 from golden.errors import InputError
+from golden.params import UNITS
 from golden.report.reproduce.paper import TABLE4
 from synth import activity, cells, circuit, energy, gatesim, joint, results
 from synth.__main__ import own_library
@@ -35,17 +36,16 @@ RESET = 4  # cycles of the reset in which outputs may differ
 FJ = 1e-3  # mW of a fJ a cycle at 1 GHz
 
 
-# unit: its row in Table 4
+# unit: its row in Table 4, and how many of the units there do its work
 LIST = {
-    "gs_bitonic_sort_unit": "Bitonic Sort Unit",
-    "gs_merge_sort_unit": "Merge Sort Unit+",
+    "gs_bitonic_sort_unit": ("Bitonic Sort Unit", 1),
+    "gs_merge_sort_unit": ("Merge Sort Unit+", 1),
     "gs_chunk_sorter": None,
-    "gs_sorting_core": "Sorting Engine",
-    "gs_intersection_test_unit": "Intersection Test Unit",
-    "gs_group_test_unit": None,
+    "gs_sorting_core": ("Sorting Engine", 1),
+    "gs_group_test_unit": ("Intersection Test Unit", UNITS),
     "gs_exp2_unit": None,
     "gs_power_unit": None,
-    "gs_subtile_compute_unit": "Subtile Compute Unit",
+    "gs_subtile_compute_unit": ("Subtile Compute Unit", 1),
 }
 
 
@@ -105,15 +105,17 @@ def table(found: dict[str, dict]) -> str:
     """Markdown."""
     head = ["module", "busy mW", "of it clock", "of it glitches", "busy, 2.5 um", "idle", "memories"]
     lines = [f"| {' | '.join([*head, 'the paper, mW'])} |", "|" + "---|" * (len(head) + 1)]
-    for module, row_of_paper in LIST.items():
+    for module, paper in LIST.items():
         if module in found:
             one = found[module]
             bare = one["0"]
             numbers = [*(bare[k] for k in ("busy_mw", "clock_mw", "glitch_mw")), one["2.5"]["busy_mw"]]
             numbers += [bare["idle_mw"], one["memory_mw"] or None]
             row = [f"`{module}`", *("" if number is None else f"{number:.3g}" for number in numbers)]
-            paper = TABLE4[row_of_paper][1] / PAPER_UNITS if row_of_paper else None
-            row.append(f"{paper:.2f} (x {bare['busy_mw'] / paper:.2f})" if paper else "")
+            row.append("")
+            if paper:
+                theirs = TABLE4[paper[0]][1] / PAPER_UNITS * paper[1]
+                row[-1] = f"{theirs:.2f} (x {bare['busy_mw'] / theirs:.2f})"
             lines.append(f"| {' | '.join(row)} |")
     return "\n".join(lines) + "\n"
 
@@ -142,14 +144,12 @@ def run(chosen: list[str], where: activity.Scene) -> None:
         kept = load() | {module: measure(module, library, where.name)}
         RESULTS.write_text(json.dumps({name: kept[name] for name in LIST if name in kept}, indent=1) + "\n")
         print(f"{module}: {time.monotonic() - start:.0f} s", flush=True)
-    if {part.module for part in energy.PARTS} <= set(load()):
-        energy.save(energy.measure(load()))
 
 
 def main() -> int:
     names = ", ".join(LIST)
     parser = argparse.ArgumentParser(prog="python -m synth.power", description="Power of the units.")
-    parser.add_argument("unit", nargs="?", default="all", help=f"all, {names}")
+    parser.add_argument("unit", nargs="?", default="all", help=f"all, frames, {names}")
     parser.add_argument(
         "--scene", choices=activity.SCENES, help="what the slice draws (default: fox where it is present)"
     )
@@ -159,10 +159,12 @@ def main() -> int:
     args = parser.parse_args()
     try:
         chosen = [module for module in LIST if args.unit in ("all", module)]
-        if not chosen:
-            raise InputError(f"UNIT={args.unit}: wants all, {names}")
-        if not args.page:
+        if not chosen and args.unit != "frames":
+            raise InputError(f"UNIT={args.unit}: wants all, frames, {names}")
+        if chosen and not args.page:
             run(chosen, activity.scene(args.scene))
+        if not args.page and {part.module for part in energy.PARTS} <= set(load()):
+            energy.save(energy.measure(load()))
         write_page()
         print(text())
     except InputError as error:

@@ -186,8 +186,8 @@ def test_energy_of_a_frame_adds_idle_busy_and_memory():
     unit = {"0": {"idle_mw": 1.0, "busy_mw": 3.0}, "memory_mw": 0.0}
     run = {
         "per_frame": [
-            {"cycles": 5, "bytes": {}},
-            {"cycles": 1_000_000, "bytes": {"sort": {"read": 1000, "write": 250}}},
+            {"cycles": 5, "dram_bytes": {}},
+            {"cycles": 1_000_000, "dram_bytes": {"sorting": {"read": 1000, "write": 250}}},
         ],
         "utilisation": {part.busy: 0.5 for part in energy.PARTS} | {"preprocessing units": 0.0},
     }
