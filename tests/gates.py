@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from synth import cells, flow
+from synth import cells, flow, netlist
 from synth.flow import Library, Module
 from tests import builds
 from tests.builds import ROOT, Bench
@@ -23,23 +23,31 @@ def header(text: str) -> str:
     return re.sub(r"\boutput\s+reg\b", "output wire", found[0])
 
 
-def files(module: Module, library: Library) -> tuple[Path, ...]:
-    """Verilog of a module without parts: wrapper, gates, cells."""
-    mapped = flow.map_module(module, library)
+def wrapped(module: Module, library: Library, folder: Path) -> list[Path]:
+    """The gates of one module under another name, inside of a module with the header of its RTL."""
     (rtl,) = (path for path in builds.sources(module.name) if path.stem == module.name)
     head = header(rtl.read_text())
     ports = re.findall(r"^\s*(?:input|output)\s+wire\s*(?:\[.*\])?\s*(\w+)\s*,?\s*(?://.*)?$", head, re.MULTILINE)
     wires = ", ".join(f".{port}({port})" for port in ports)
     body = f'`include "gs_params.vh"\n{head}\n    {module.name}_gates gates ({wires});\nendmodule\n'
-    folder = mapped.folder / "bench"
-    folder.mkdir(exist_ok=True)
-    gates = (mapped.folder / "netlist.v").read_text()
+    gates = (flow.map_module(module, library).folder / "netlist.v").read_text()
     gates = re.sub(rf"\bmodule {module.name}\b", f"module {module.name}_gates", gates)
-    texts = {f"{module.name}.v": body, "gates.v": gates, "cells.v": cells.verilog(library.cells)}
+    texts = {f"{module.name}.v": body, f"{module.name}_gates.v": gates}
     for name, text in texts.items():
         (folder / name).write_text(LINT_OFF + text)
-    memory = (ROOT / "rtl" / "common" / "gs_ram.v",) if "gs_ram" in gates else ()
-    return (*(folder / name for name in texts), *memory)
+    return [folder / name for name in texts]
+
+
+def files(module: Module, library: Library) -> tuple[Path, ...]:
+    """Verilog of a module and its parts: wrappers, gates, cells. A part may occur with one set of parameters only."""
+    tree = netlist.mapped_tree(module, library)
+    assert len({part.name for part in tree}) == len(tree), f"{module.label}: a part in two sizes"
+    folder = flow.map_module(module, library).folder / "bench"
+    folder.mkdir(exist_ok=True)
+    found = [path for part in tree for path in wrapped(part, library, folder)]
+    (folder / "cells.v").write_text(LINT_OFF + cells.verilog(library.cells))
+    memory = [ROOT / "rtl" / "common" / "gs_ram.v"] if netlist.netlist(module, library).memories else []
+    return (*found, folder / "cells.v", *memory)
 
 
 def benches(module: str, library: Library) -> list[Bench]:

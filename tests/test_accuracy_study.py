@@ -15,7 +15,7 @@ from PIL import Image
 
 from golden import cli
 from golden.report import accuracy, sweep
-from golden.report.accuracy import answer, measure, plan, rows, simulators
+from golden.report.accuracy import answer, area, measure, plan, rows, simulators
 from golden.report.accuracy.plan import Choice, Knob
 
 ROOT = Path(__file__).parent.parent
@@ -204,6 +204,16 @@ def test_more_units_or_bandwidth_is_no_cheaper_setting():
         made(knob="end", family="ends", value="random order", ms_p50=0.1),
     ]  # fmt: skip
     assert dict(answer.targets(table))["40 dB"] is table[2]
+
+
+def test_area_follows_the_formats_and_the_slices():
+    small, wide = (area.mm2("neo", (f"setting={name}",)) for name in ("small", "wide"))
+    reference = area.mm2("neo", ("depth=fresh", "channels=8"))
+    assert 0 < small < reference < wide
+    assert area.mm2("neo", ("slices=8",)) == pytest.approx(2 * reference)
+    assert area.mm2("splatcore", ()) > reference  # the late sorter
+    for hardware, word in (("neo", "alpha_bits=14"), ("splatcore", "chunk=512"), ("gscore", "depth=fresh")):
+        assert rows.text(area.mm2(hardware, (word,))) == ""
 
 
 def published_words() -> list[str]:

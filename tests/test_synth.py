@@ -1,5 +1,6 @@
 """Synthesis: the cell table, the flow, our static timing, and the results that are kept."""
 
+import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +24,10 @@ COMPARED = (
     "gs_merge_sort_unit", "gs_hit_queue", pytest.param("gs_exp2_unit", marks=AREA),
     pytest.param("gs_bitonic_sort_unit", marks=MISS),
 )  # fmt: skip
-LEAVES = ("gs_merge_sort_unit", "gs_exp2_unit", "gs_bitonic_sort_unit", "gs_intersection_test_unit", "gs_hit_queue")
+UNITS = (
+    "gs_merge_sort_unit", "gs_exp2_unit", "gs_bitonic_sort_unit", "gs_chunk_sorter", "gs_intersection_test_unit",
+    "gs_group_test_unit", "gs_power_unit", "gs_pixel_blender", "gs_candidate_matrix", "gs_hit_queue",
+)  # fmt: skip
 ARRAY_BITS = 128  # small arrays of registers that a module may have, for each time it occurs
 
 
@@ -215,7 +219,7 @@ def test_our_cells_give_the_area_and_path_of_the_published_library(module, libra
     assert ours["period_ps"]["0"] == pytest.approx(theirs["period_ps"]["0"], rel=0.05)
 
 
-@pytest.mark.parametrize("module", [pytest.param(name, marks=pytest.mark.slow) for name in LEAVES])
+@pytest.mark.parametrize("module", [pytest.param(name, marks=pytest.mark.slow) for name in UNITS])
 def test_gates_pass_the_bench_of_their_rtl(module, library):
     found = gates.benches(module, library)
     assert found
@@ -243,6 +247,13 @@ def test_no_memory_became_flip_flops(unit):
 def test_results_are_those_of_this_rtl(unit):
     kept = kept_result(unit.module)
     assert kept["made_from"] == results.digest(unit.module), f"run `make synth UNIT={unit.module}`"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", results.CORES)
+def test_areas_of_the_settings_are_those_of_this_rtl(module):
+    kept = json.loads(results.AREAS.read_text())
+    assert kept["made_from"][module] == results.digest(module), "run `python -m synth --settings`"
 
 
 def test_a_digest_sees_rtl_and_macros_but_no_comments(monkeypatch, tmp_path):

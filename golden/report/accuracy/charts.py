@@ -180,6 +180,10 @@ def grid(path: Path, head: dict, table: list[dict]) -> None:
             [row["ms_p50"] for row in front], [_db(row["psnr_min_db"]) for row in front],
             [_area(row) for row in front], marker=MARKERS[own[0]["machine"]], color=colour, edgecolor="black",
         )  # fmt: skip
+    for row in best:
+        at = row["ms_p50"], _db(row["psnr_min_db"])
+        text = rows.text(row["area_mm2"])
+        axes.annotate(f"{text} mm2" if text else "", at, (3, -7), textcoords="offset points", fontsize=5)
     axes.plot([row["ms_p50"] for row in best], [_db(row["psnr_min_db"]) for row in best], "k-", lw=0.8, label="front")
     axes.set_xlabel("ms a frame (median)")
     axes.set_ylabel("PSNR of the worst frame, dB")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.report.accuracy import area
 from golden.report.accuracy.plan import Point
 from golden.timing.memory import STAGES
 
@@ -19,7 +20,8 @@ COLUMNS = (
     "psnr_mean_db", "psnr_min_db", "psnr_max_db", "psnr_first_db", "max_lsb", "percent_above_1_lsb",
     *(f"{part}_{kind}" for part in PARTS for kind in ("max_lsb", "rms_lsb", "percent_above_1_lsb")),
     "change_max_lsb", "change_rms_lsb", "ms_p50", "ms_p99", "ms_first",
-    *(f"mb_{stage}" for stage in STAGES), "mb", "entry_bytes", "record_bytes", "inputs_sha256", "pictures_sha256",
+    *(f"mb_{stage}" for stage in STAGES), "mb", "area_mm2", "entry_bytes", "record_bytes",
+    "inputs_sha256", "pictures_sha256",
 )  # fmt: skip
 DIGITS = 6
 
@@ -65,6 +67,7 @@ def row(head: dict, point: Point, result: dict) -> dict:
         "ms_first": result["first_ms"],
         **{f"mb_{stage}": value for stage, value in mb.items()},
         "mb": sum(mb.values()),
+        "area_mm2": area.mm2(point.hardware, (*head["set"], *point.sets, *point.pairs)),
         "entry_bytes": result["entry_bytes"],
         "record_bytes": result["record_bytes"],
         "inputs_sha256": head["inputs_sha256"],
@@ -77,13 +80,15 @@ def table(head: dict, points: list[Point], results: list[dict]) -> list[dict]:
 
 
 def text(value: object) -> str:
-    """A cell of the CSV."""
-    return f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)
+    """A cell of the CSV; empty where a number does not exist."""
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.{DIGITS}g}"
+    return str(value)
 
 
 def json_value(value: object) -> object:
-    """JSON has no infinity: a picture without any difference has no PSNR."""
-    return None if isinstance(value, float) and math.isinf(value) else value
+    """JSON has neither: a picture without any difference has no PSNR, a machine that was not mapped no area."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write(path: Path, rows: list[dict]) -> None:
