@@ -7,6 +7,7 @@ flattened into its user, but for gs_ram, which is a macro. Yosys runs in a folde
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
@@ -259,21 +260,25 @@ def map_module(module: Module, library: Library) -> Mapped:
     for path in [*read, *([] if library.plain else PASSES)]:
         digest.update(path.read_bytes())
     done = folder / "done.json"
-    if not done.exists() or json.loads(done.read_text())["inputs"] != digest.hexdigest():
-        work = folder.with_name(f"{folder.name}.{os.getpid()}")  # another process may map the same
-        work.mkdir(parents=True)
-        for path in read[:-1]:
-            shutil.copy(path, work)
-        shutil.copy(library.liberty, work / "cells.lib")
-        (work / "drive.txt").write_text(drive)
-        known = [cell.name for cell in (adders.adder(library.cells, n) for n in (2, 3)) if cell]
-        (work / "adders.v").write_text(verilog({name: library.cells[name] for name in known}))
-        start = time.monotonic()
-        run(work, commands[0])
-        map_words(work, commands[1], module, library)
-        result = {"inputs": digest.hexdigest(), "seconds": round(time.monotonic() - start, 1), **read_results(work)}
-        (work / "done.json").write_text(json.dumps(result))
-        shutil.rmtree(folder, ignore_errors=True)
-        work.rename(folder)
-    kept = json.loads(done.read_text())
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with folder.with_name(f"{folder.name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # another process may map the same: one waits for the other's result
+        if not done.exists() or json.loads(done.read_text())["inputs"] != digest.hexdigest():
+            work = folder.with_name(f"{folder.name}.work")
+            shutil.rmtree(work, ignore_errors=True)
+            work.mkdir()
+            for path in read[:-1]:
+                shutil.copy(path, work)
+            shutil.copy(library.liberty, work / "cells.lib")
+            (work / "drive.txt").write_text(drive)
+            known = [cell.name for cell in (adders.adder(library.cells, n) for n in (2, 3)) if cell]
+            (work / "adders.v").write_text(verilog({name: library.cells[name] for name in known}))
+            start = time.monotonic()
+            run(work, commands[0])
+            map_words(work, commands[1], module, library)
+            result = {"inputs": digest.hexdigest(), "seconds": round(time.monotonic() - start, 1), **read_results(work)}
+            (work / "done.json").write_text(json.dumps(result))
+            shutil.rmtree(folder, ignore_errors=True)
+            work.rename(folder)
+        kept = json.loads(done.read_text())
     return Mapped(folder, kept["abc_ps"], kept["memory_bits"], kept["seconds"])

@@ -8,7 +8,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from golden import formats
 from synth import cells, flow, joint, netlist, timing
 from synth.flow import DELAY, Library, Module
 from tests.builds import ROOT
@@ -84,26 +83,27 @@ def measure(module: str, library: Library) -> dict:
     }
 
 
-def with_plain(module: str, library: Library) -> dict:
-    """The result of a module and beside it, under `plain`, what Yosys and ABC alone make of it."""
-    plain = measure(module, replace(library, plain=True, name=f"{library.name}-plain"))
-    kept = {key: plain[key] for key in ("area_um2", "period_ps")}
-    return {**measure(module, library), "plain": kept}
+def with_plain(plain: dict, ours: dict) -> dict:
+    """The result of a unit and beside it, under `plain`, what Yosys and ABC alone make of it."""
+    return {**ours, "plain": {key: plain[key] for key in ("area_um2", "period_ps")}}
 
 
-def save_settings(library: Library) -> None:
-    """Write AREAS: um2 of each core with its memories at every setting of the formats, for the accuracy study.
+def setting_area(setting: str, module: str, library: Library) -> float:
+    """um2 of a core with its memories at a setting of the formats.
 
     Of the modules as they are mapped, before joint.py: it adds less than 1 %, and most of the run time.
     """
+    named = library.name if setting == "reference" else f"{library.name}-{setting}"
+    design = netlist.netlist(Module(module), replace(library, setting=setting, name=named))
+    memories = sum(memory.area * count for memory, count in design.memories.items())
+    return round(netlist.area(design, library) + memories, 1)
+
+
+def save_settings(areas: dict[tuple[str, str], float]) -> None:
+    """Write AREAS, for the accuracy study: um2 by (setting, core)."""
     found: dict[str, dict] = {"made_from": {module: digest(module) for module in CORES}}
-    for setting in formats.PRESETS:
-        named = library.name if setting == "reference" else f"{library.name}-{setting}"
-        found[setting] = {}
-        for module in CORES:
-            design = netlist.netlist(Module(module), replace(library, setting=setting, name=named))
-            memories = sum(memory.area * count for memory, count in design.memories.items())
-            found[setting][module] = round(netlist.area(design, library) + memories, 1)
+    for (setting, module), area in areas.items():
+        found.setdefault(setting, {})[module] = area
     AREAS.write_text(json.dumps(found, indent=1) + "\n")
 
 

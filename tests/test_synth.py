@@ -191,21 +191,6 @@ def test_mapping_twice_gives_the_same_netlist(library):
     assert ((again.folder / "netlist.v").read_text(), results.measure("gs_merge_sort_unit", library)) == before
 
 
-def test_a_yosys_that_writes_nothing_is_found_out(library, monkeypatch):
-    monkeypatch.setenv("YOSYS", "true")
-    monkeypatch.setattr(flow, "BUILD", flow.BUILD / "nothing")
-    with pytest.raises(RuntimeError, match=r"ended without netlist\.json"):
-        flow.map_module(Module("gs_merge_sort_unit"), library)
-
-
-def test_arrays_that_become_flip_flops_are_counted(tmp_path):
-    (tmp_path / "netlist.json").write_text("{}")
-    (tmp_path / "netlist.v").write_text("\n")
-    cell = "cell $mem_v2 \\a\n  parameter \\SIZE {}\n  parameter \\WIDTH {}\n  parameter \\WR_PORTS {}\n"
-    (tmp_path / "memories.txt").write_text(cell.format(64, 48, 1) + cell.format(16, 32, 0))
-    assert flow.read_results(tmp_path)["memory_bits"] == 64 * 48
-
-
 @pytest.mark.skipif(not PUBLISHED.exists(), reason="../shared/asap7 is not there")
 @pytest.mark.parametrize("module", COMPARED)
 def test_our_cells_give_the_area_and_path_of_the_published_library(module, library):
