@@ -50,12 +50,8 @@ def files(module: Module, library: Library) -> tuple[Path, ...]:
     return (*found, folder / "cells.v", *memory)
 
 
-def benches(module: str, library: Library) -> list[Bench]:
-    """The module's builds in tb/, with gates for RTL."""
-    found = []
-    for bench in builds.discover():
-        if bench.top == module:
-            sizes = tuple(sorted(bench.parameters.items()))
-            gates = files(Module(module, sizes), library)
-            found.append(Bench(bench.top, bench.bench, bench.parameters, ("verilator",), bench.slow, gates, few=True))
-    return found
+def bench_of(module: str, library: Library) -> Bench:
+    """The module's first build in tb/, of the sizes that `make synth` reports, with gates for RTL."""
+    bench = next(one for one in builds.discover() if one.top == module)
+    gates = files(Module(module, tuple(sorted(bench.parameters.items()))), library)
+    return Bench(bench.top, bench.bench, bench.parameters, ("verilator",), bench.slow, gates, few=True)

@@ -206,10 +206,7 @@ def test_our_cells_give_the_area_and_path_of_the_published_library(module, libra
 
 @pytest.mark.parametrize("module", [pytest.param(name, marks=pytest.mark.slow) for name in UNITS])
 def test_gates_pass_the_bench_of_their_rtl(module, library):
-    found = gates.benches(module, library)
-    assert found
-    for bench in found:
-        builds.run(bench)
+    builds.run(gates.bench_of(module, library))
 
 
 # What is kept

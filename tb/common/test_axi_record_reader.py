@@ -3,7 +3,7 @@
 import cocotb
 import numpy as np
 
-from golden import dma
+from golden import dma, params
 from golden.formats import BUILD
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
@@ -50,6 +50,32 @@ async def test_every_index_brings_its_record(dut, source_stall, sink_stall):
         await source.drained()
     await board.finish()
     assert port.idle() and dut.error.value == 0 and len(border()) >= 5
+
+
+class Everywhere:
+    """4 GB in which each beat reads as a number of its address."""
+
+    def __len__(self) -> int:
+        return 1 << 32
+
+    def __getitem__(self, at: slice) -> bytes:
+        return b"".join((a * 0x9E3779B97F4A7C15 % 2**64).to_bytes(8, "little") for a in range(at.start, at.stop, 8))
+
+
+@cocotb.test()
+async def test_addresses_of_32_and_indices_of_24_bits(dut):
+    random, _, port, source, sink = await bench(dut)
+    port.memory = memory = Everywhere()
+    board = Scoreboard(sink)
+    size = BUILD.record_bytes
+    for _ in range(12):
+        base = 8 * random.randrange((len(memory) - (size << params.INDEX_W)) // 8)
+        dut.cfg_addr.value = base
+        indices = [random.getrandbits(params.INDEX_W) for _ in range(40)] + [0, (1 << params.INDEX_W) - 1]
+        source.send([(i,) for i in indices])
+        board.expect([(int.from_bytes(memory[base + size * i : base + size * (i + 1)], "little"),) for i in indices])
+        await source.drained()
+    await board.finish()
 
 
 @cocotb.test()

@@ -10,7 +10,7 @@ from tb.sorting_core import beats, entries
 
 TOP = "gs_chunk_sorter"
 SLOW = True
-PARAMETERS = [{"NETWORK": bitonic_sort_unit.BITONIC}, {"CHUNK": 64}, {"CHUNK": 512}, {"SORT_N": 16}]
+PARAMETERS = [{}, {"CHUNK": 64}, {"CHUNK": 512}, {"SORT_N": 16}]
 LIST = ("entry", "last")
 SORT, MERGE = 0, 1
 

@@ -4,6 +4,7 @@ import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
 
+from golden.formats import BUILD
 from golden.records import INVALID
 from golden.sorting_core import merge_sort_unit as golden
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
@@ -170,6 +171,21 @@ async def test_the_first_list_wins_ties(dut, pair):
     a, b = (bench.heads[k].cycles for k in pair)
     order = sorted([(c, "a") for c in a] + [(c, "b") for c in b[:-1]])
     assert "".join(side for _, side in order) == "aababba"
+
+
+@cocotb.test()
+@cocotb.parametrize(keep=[0, 1], pair=[(one, two) for two in range(4) for one in range(two)])
+async def test_every_bit_is_compared(dut, keep, pair):
+    """Entries that differ in one bit only."""
+    bench = Bench(dut)
+    await bench.start(keep)
+    generator = rng("bits", pair)
+    for place in [*(1 << bit for bit in range(BUILD.entry_w - 1)), INVALID]:
+        for _ in range(4):
+            word = generator.getrandbits(BUILD.entry_w - 1)
+            bench.on(pair, [word], [word ^ place], keep=keep)
+            bench.on(pair, [word ^ place], [word], keep=keep)
+    await bench.board.finish()
 
 
 @cocotb.test()
