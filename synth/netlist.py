@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -156,8 +157,8 @@ class Builder:
                 self.out.ports[f"part {len(self.out.ports)}"] = self.ids(bits)
                 self.sides.append(side)
 
-    def build(self, whole: bool = True) -> Netlist:
-        """`whole`: with its parts inside; else their ports are ends of paths."""
+    def build(self, inner: Callable[[Module, Library], Netlist] | None) -> Netlist:
+        """`inner` gives the netlist of a part; without it the ports of parts are ends of paths."""
         for port, info in self.top["ports"].items():
             self.out.ports[port] = self.ids(info["bits"])
             self.sides.append("" if port == "clk" else info["direction"])
@@ -169,10 +170,10 @@ class Builder:
                 self.rows.setdefault(kind, []).append([self.id(wires[p][0]) if wires.get(p) else 0 for p in order])
             elif kind == MACRO:
                 self.add_memory(cell, module_of(cell, self.json))
-            elif kind in self.json["modules"] and not whole:
+            elif kind in self.json["modules"] and inner is None:
                 self.leave_out(cell)
             elif kind in self.json["modules"]:
-                self.add_part(cell, netlist(module_of(cell, self.json), self.library))
+                self.add_part(cell, inner(module_of(cell, self.json), self.library))
             else:
                 raise RuntimeError(f"{kind} is neither a cell of the library nor a module")
         for kind, rows in self.rows.items():
@@ -200,12 +201,12 @@ class Builder:
 @cache
 def netlist(module: Module, library: Library) -> Netlist:
     """The flat netlist of a module."""
-    return Builder(map_module(module, library).netlist, module, library).build()
+    return Builder(map_module(module, library).netlist, module, library).build(netlist)
 
 
 def alone(design: dict, module: Module, library: Library) -> Netlist:
     """The netlist of a module's own cells, from what Yosys wrote."""
-    return Builder(design, module, library).build(whole=False)
+    return Builder(design, module, library).build(None)
 
 
 def area(design: Netlist, library: Library) -> float:

@@ -11,10 +11,12 @@ import numpy as np
 
 from synth.cells import Cell, basis, cheapest
 from synth.flow import MACRO, Library, Module
+from synth.memories import PIN_CAP
 from synth.netlist import Builder, Netlist, module_of, pins, port_loads
 from synth.timing import Analysis, analyse, slack
 
 HEAVY = 8.0  # fF that one gate drives
+CROWD = 64.0  # fF of memory pins on a net that stand behind buffers; a strong gate drives fewer
 ROUNDS = 12
 
 
@@ -44,23 +46,36 @@ def strip(top: dict, library: Library) -> None:
 
 
 def sinks(json: dict, top: dict, library: Library) -> dict[int, list[tuple[str, str, int, float]]]:
-    """{net: [(cell, pin, bit of the pin, fF)]} of the pins of library cells and of parts, without their clocks."""
+    """{net: [(cell, pin, bit of the pin, fF)]} of the pins of library cells, of parts, and of memories in crowds.
+
+    Without their clocks.
+    """
     found: dict[int, list] = {}
+    crowds: dict[int, list] = {}
     for name, cell in top["cells"].items():
-        if cell["type"] not in library.cells and cell["type"] != MACRO:
+        if cell["type"] == MACRO:
+            for pin, bits in cell["connections"].items():
+                if pin != "clk" and cell["port_directions"][pin] == "input":
+                    for at, net in enumerate(bits):
+                        if isinstance(net, int):
+                            crowds.setdefault(net, []).append((name, pin, at, PIN_CAP))
+        elif cell["type"] not in library.cells:
             loads = port_loads(module_of(cell, json), library)
             for pin, bits in cell["connections"].items():
                 if pin != "clk" and cell["port_directions"][pin] == "input":
                     for at, net in enumerate(bits):
                         if isinstance(net, int):
                             found.setdefault(net, []).append((name, pin, at, loads[pin][at]))
-        elif cell["type"] in library.cells:
+        else:
             kind = library.cells[cell["type"]]
             clocks = {arc.pin for arc in kind.arcs if arc.kind in ("clock", "gated")}
             for pin, cap in kind.caps.items():
                 (net,) = cell["connections"][pin]
                 if pin not in clocks and isinstance(net, int):
                     found.setdefault(net, []).append((name, pin, 0, cap))
+    for net, crowd in crowds.items():
+        if sum(cap for *_, cap in crowd) > CROWD:
+            found.setdefault(net, []).extend(crowd)
     return found
 
 
@@ -153,13 +168,13 @@ def repair(json: dict, module: Module, library: Library, limit: float, outside: 
     top = json["modules"][module.name]
     strip(top, library)
     build = Builder(json, module, library)
-    design = build.build(whole=False)
+    design = build.build(None)
     left = slack(analyse(design, library, outside=outside), design, library, limit, outside)
     buffers(json, top, library, {net: left[at] for net, at in build.net.items() if isinstance(net, int)})
     best, kinds = np.inf, {}
     for _ in range(ROUNDS):
         build = Builder(json, module, library)
-        design = build.build(whole=False)
+        design = build.build(None)
         found = analyse(design, library, outside=outside)
         left = slack(found, design, library, limit, outside)
         period = limit - float(min(left.min(), 0.0))

@@ -1,6 +1,7 @@
 """Sizes and buffers on a joined netlist made by hand."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -76,9 +77,28 @@ def test_only_gates_on_long_paths_change():
 def test_a_design_is_mended_only_where_it_misses_the_clock(monkeypatch):
     design = shared(60)
     period = timing.longest(design, TABLE).period
-    monkeypatch.setattr(joint, "netlist", lambda module, library: design)
+    inner = []
+    monkeypatch.setattr(joint, "map_module", lambda module, library: SimpleNamespace(netlist={}))
+    monkeypatch.setattr(joint, "Builder", lambda *_: SimpleNamespace(build=lambda part: inner.append(part) or design))
     for clock, same in ((period + 1, True), (period - 1, False)):
         monkeypatch.setattr(joint, "CLOCK", clock)
         monkeypatch.setattr(joint, "AIM", 0.9 * period)
         found = joint.joined.__wrapped__(Module("top"), TABLE)
         assert (found is design) == same
+    assert inner == [joint.joined, joint.joined], "parts as they are mapped, not mended"
+
+
+def test_mending_ends_when_it_no_longer_helps(monkeypatch):
+    """An aim out of reach: rounds go on after the last gain, but not many."""
+    design, periods = shared(60), []
+
+    def watched(*args, **more):
+        found = timing.analyse(*args, **more)
+        periods.append(float(found.arrival.max()))
+        return found
+
+    monkeypatch.setattr(joint, "analyse", watched)
+    monkeypatch.setattr(joint, "ROUNDS", 100)
+    mended = joint.mend(design, TABLE, 1.0)
+    assert len(periods) < 40 and min(periods[: -joint.HOPELESS]) < min(periods[-joint.HOPELESS :]) + 1
+    assert timing.analyse(mended, TABLE).arrival.max() < min(periods) + 1

@@ -59,3 +59,32 @@ def test_gates_grow_where_the_clock_asks_for_it_and_only_there():
     kinds = {name: cell["type"] for name, cell in slow["modules"]["top"]["cells"].items()}
     assert set(kinds.values()) == {"INVxp33" + SUFFIX, "NAND2xp33" + SUFFIX}
     assert fast["modules"]["top"]["cells"]["g0"]["type"] != kinds["g0"]
+
+
+@pytest.mark.parametrize(("count", "depth"), [(12, 0), (16, 1), (64, 2)])
+def test_a_crowd_of_memories_stands_behind_buffers_and_a_few_do_not(count, depth):
+    """Net 2, a port, is the read enable of `count` memories."""
+    memory = {
+        "type": "gs_ram",
+        "port_directions": {"clk": "input", "rd_en": "input", "rd_data": "output"},
+        "parameters": {"WIDTH": f"{1:032b}", "DEPTH": f"{64:032b}"},
+    }
+    named = {f"m{n}": memory | {"connections": {"clk": [3], "rd_en": [2], "rd_data": [4 + n]}} for n in range(count)}
+    sides = {"in": ("input", [2]), "clk": ("input", [3]), "out": ("output", [*range(4, 4 + count)])}
+    ports = {name: {"direction": side, "bits": bits} for name, (side, bits) in sides.items()}
+    defaults = {"parameter_default_values": {"WIDTH": "0", "DEPTH": "0"}}
+    design = {"modules": {"top": {"ports": ports, "cells": named, "netnames": {}}, "gs_ram": defaults}}
+    repair.repair(design, Module("top"), TABLE, limit=1000.0)
+    found = design["modules"]["top"]["cells"].values()
+    by = {cell["connections"]["Y"][0]: cell["connections"]["A"][0] for cell in found if cell["type"] != "gs_ram"}
+    depths = set()
+    for cell in found:
+        if cell["type"] == "gs_ram":
+            net, steps = cell["connections"]["rd_en"][0], 0
+            while net != 2:
+                net, steps = by[net], steps + 1
+            depths.add(steps)
+            assert cell["connections"]["clk"] == [3]
+    assert max(depths) == depth and bool(min(depths)) == bool(depth)
+    read = [*by.values(), *(cell["connections"]["rd_en"][0] for cell in found if cell["type"] == "gs_ram")]
+    assert depth == 0 or max(map(read.count, read)) <= 15, "a heavy net is left"

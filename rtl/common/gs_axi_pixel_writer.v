@@ -68,12 +68,16 @@ module gs_axi_pixel_writer #(
         end
     endgenerate
 
-    // Next tile: where its first row starts and how many beats a row has, worked out ahead
+    // Next tile: where its first row starts and how many beats a row has, worked out ahead. Rows come in steps of 64, so
+    // the six low bits of the address see the column alone, and the others are one sum with the multiplier's rows.
     reg               next_valid;
     reg  [LINE_W-1:0] next_line;
     reg  [4:0]        next_beats;
     wire              start;                    // the tile's first beat
     wire [18:0]       rows    = {12'd0, cmd_y[12:6]} * {7'd0, cfg_stride[15:4]};    // 64 rows each, in beats
+    wire [6:0]        low     = {1'b0, cfg_addr[9:4]} + {1'b0, cmd_x[7:2]};
+    wire [LINE_W-7:0] high    = cfg_addr[ADDR_W-1:10] + {{LINE_W-25{1'b0}}, rows} + {{LINE_W-11{1'b0}}, cmd_x[12:8]}
+                              + {{LINE_W-7{1'b0}}, low[6]};
     wire [12:0]       cols    = cfg_width - cmd_x;
     wire [12:0]       cols_up = cols + 13'd3;
 
@@ -81,7 +85,7 @@ module gs_axi_pixel_writer #(
     always @(posedge clk) begin
         if (cmd_ready) begin
             next_valid <= cmd_valid;
-            next_line  <= cfg_addr[ADDR_W-1:4] + {{LINE_W-25{1'b0}}, rows, 6'd0} + {{LINE_W-11{1'b0}}, cmd_x[12:2]};
+            next_line  <= {high, low[5:0]};
             next_beats <= cols > 13'd64 ? 5'd16 : cols_up[6:2];
         end
         if (rst) next_valid <= 1'b0;
