@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from golden.report.reproduce.rows import MEAN, WORST, Row, Rows
+from golden.report.reproduce.rows import SUMMARY, WHOLE, Row, Rows
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Pivot:
 
     def chosen(self, rows: Rows) -> list[Row]:
         """Its rows; of several sizes the largest, unless size is along a side."""
-        mine = [r for r in rows if r.quantity in self.quantities and (self.each or r.scene in (MEAN, WORST))]
+        mine = [r for r in rows if r.quantity in self.quantities and (self.each or r.scene in SUMMARY)]
         if "size" not in (self.down, self.across):
             mine = [row for row in mine if row.size == mine[-1].size]
         return mine
@@ -27,7 +27,8 @@ class Pivot:
         if "size" not in (self.down, self.across):
             words.append(self.chosen(rows)[-1].size)
         if not self.each:
-            words.append(" or ".join(dict.fromkeys(row.scene for row in self.chosen(rows))) + " of the scenes")
+            over = dict.fromkeys(row.scene for row in self.chosen(rows) if row.scene != WHOLE)
+            words.append(" or ".join(over) + " of the scenes")
         return ", ".join(words)
 
     def table(self, rows: Rows) -> tuple[list[str], list[tuple[str, list[float | None]]]]:

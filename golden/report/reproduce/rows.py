@@ -13,6 +13,8 @@ import numpy as np
 from golden.report.reproduce import paper
 
 MEAN, WORST = "mean", "worst"  # over the scenes, where others have a scene's name
+WHOLE = "machine"  # of no scene
+SUMMARY = (MEAN, WORST, WHOLE)
 COLUMNS = ("scene", "size", "hardware", "quantity", "paper", "ours", "ratio")
 DIGITS = 6
 
@@ -40,7 +42,7 @@ class Rows(list[Row]):
         self.figure = figure
 
     def put(self, scene: str, size: str, hardware: str, quantity: str, ours: float | None) -> None:
-        claim = paper.find(self.figure, size, hardware, quantity) if scene in (MEAN, WORST) else None
+        claim = paper.find(self.figure, size, hardware, quantity) if scene in SUMMARY else None
         self.append(Row(scene, size, hardware, quantity, claim.value if claim else None, ours))
 
     def each(self, size: str, hardware: str, quantity: str, values: dict[str, float | None], over=np.mean) -> None:
@@ -54,6 +56,10 @@ class Rows(list[Row]):
     def summary(self, size: str, hardware: str, quantity: str, ours: float | None) -> None:
         """The one row of a quantity of all scenes together."""
         self.put(MEAN, size, hardware, quantity, ours)
+
+    def whole(self, size: str, hardware: str, quantity: str, ours: float | None) -> None:
+        """A row of the hardware itself."""
+        self.put(WHOLE, size, hardware, quantity, ours)
 
 
 def _text(value: float | None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from golden.report.reproduce import NAMES
 from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import Case, Plan
 from golden.report.reproduce.plots import Panel
@@ -28,25 +29,8 @@ class Figure:
 
 def all_figures() -> dict[str, Figure]:
     """Name -> figure, in the paper's order, then our own."""
-    from golden.report.reproduce.figures import extra, quality, speed, summary, temporal, traffic
+    from golden.report.reproduce.figures import extra, quality, silicon, speed, summary, temporal, traffic
 
-    found = {figure.name: figure for module in (speed, traffic, temporal, quality) for figure in module.FIGURES}
-    order = (
-        "fig3",
-        "fig4",
-        "fig5",
-        "fig6",
-        "fig7",
-        "fig10",
-        "fig15",
-        "fig16",
-        "fig17a",
-        "fig17b",
-        "fig18",
-        "fig19",
-        "table2",
-    )
-    return {
-        **{name: found[name] for name in order},
-        **{figure.name: figure for figure in (*extra.FIGURES, *summary.FIGURES)},
-    }
+    modules = (speed, traffic, temporal, quality, silicon, extra, summary)
+    found = {figure.name: figure for module in modules for figure in module.FIGURES}
+    return {name: found[name] for name in NAMES}
