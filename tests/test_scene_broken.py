@@ -138,6 +138,12 @@ def test_ply_messages_name_line_property_and_count(tmp_path):
         refused(path, "a.ply", *words)
 
 
+@pytest.mark.filterwarnings("error")
+def test_positions_at_the_end_of_float32(tmp_path):
+    (tmp_path / "a.splat").write_bytes(splat_bytes(truth(n=2) | {"means": np.full((2, 3), 3.39e38)}))
+    refused(tmp_path / "a.splat", "3.39e+38", "float32")
+
+
 def test_splat_and_spz_messages(tmp_path):
     (tmp_path / "a.splat").write_bytes(splat_bytes(truth(n=3))[:-1])
     refused(tmp_path / "a.splat", "95 bytes", "32")

@@ -123,7 +123,7 @@ def check_float32_positions(file: str, means: np.ndarray, scales: np.ndarray) ->
     finite = np.isfinite(means).all(axis=1) & np.isfinite(scales).all(axis=1)
     if not finite.any():
         return
-    far = np.median(np.abs(means[finite]), axis=0).max()
+    far = np.median(np.abs(means[finite].astype(np.float64)), axis=0).max()  # twice 3e38 is no float32
     sigma = np.median(scales[finite].max(axis=1))
     step = float(np.spacing(np.float32(far)))
     if step > sigma > 0:
