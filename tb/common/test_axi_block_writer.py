@@ -7,7 +7,7 @@ from cocotb.triggers import RisingEdge
 from golden import dma, records
 from golden.formats import BUILD
 from golden.records import entries_of, hardware
-from tb.lib.axi import AxiMemory
+from tb.lib.axi import AxiMemory, Everywhere
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_block_writer"
@@ -83,6 +83,22 @@ async def test_every_list_lands_in_its_place(dut, source_stall, sink_stall):
         board.expect([(len(words),)])
     await board.finish()
     assert port.idle() and memory == image(items) and dut.error.value == 0
+
+
+@cocotb.test()
+async def test_addresses_of_32_bits(dut):
+    port, _, cmd, source, sink = await bench(dut)
+    port.memory = memory = Everywhere()
+    random, board, want = rng("everywhere"), Scoreboard(sink), {}
+    for _, words in lists("everywhere", lengths=[random.choice((1, 2, 5, 300)) for _ in range(60)]):
+        at = 8 * random.randrange((len(memory) >> 3) - 300)
+        data = records.entry_bytes(BUILD, words).tobytes()
+        want |= enumerate(data.ljust(8 * dma.beats(len(words), BUILD.entry_bytes), b"\0"), at)
+        cmd.send([(at,)])
+        source.send(blocks(hardware(BUILD, words)))
+        board.expect([(len(words),)])
+    await board.finish()
+    assert memory.written == want
 
 
 @cocotb.test()

@@ -6,7 +6,7 @@ import numpy as np
 from golden import dma, records
 from golden.formats import BUILD
 from golden.records import entries_of, hardware
-from tb.lib.axi import AxiMemory
+from tb.lib.axi import AxiMemory, Everywhere
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_list_reader"
@@ -58,6 +58,18 @@ async def test_every_table_comes_as_a_list(dut, source_stall, sink_stall):
     await board.finish()
     assert port.idle() and dut.error.value == 0
     assert sum(count for _, _, count in port.ar) == sum(dma.beats(len(words), BUILD.entry_bytes) for _, words in result)
+
+
+@cocotb.test()
+async def test_addresses_of_32_bits(dut):
+    port, _, cmd, sink = await bench(dut)
+    port.memory = memory = Everywhere()
+    random, board, size = rng("everywhere"), Scoreboard(sink), BUILD.entry_bytes
+    for _ in range(60):
+        at, n = 8 * random.randrange((len(memory) >> 3) - 300), random.choice((1, 2, 5, 300))
+        cmd.send([(at, n)])
+        board.expect(beats(int.from_bytes(memory[a : a + size], "little") for a in range(at, at + n * size, size)))
+    await board.finish()
 
 
 @cocotb.test()

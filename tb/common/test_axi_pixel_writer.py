@@ -4,7 +4,7 @@ import cocotb
 from cocotb.triggers import RisingEdge
 
 from golden import dma
-from tb.lib.axi import AxiMemory
+from tb.lib.axi import AxiMemory, Everywhere
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_pixel_writer"
@@ -27,7 +27,8 @@ def beats(picture, x: int, y: int, random, memory: bytearray) -> list[tuple]:
             live = 4 * min(4, width - column)
             data = random.randbytes(16)
             at = base + row * stride + 4 * column
-            memory[at : at + live] = data[:live]
+            for k in range(live):
+                memory[at + k] = data[k]
             last = row == min(y + 64, height) - 1 and column + 4 >= min(x + 64, width)
             result.append((int.from_bytes(data, "little"), (1 << live) - 1, int(last)))
     return result
@@ -89,6 +90,22 @@ async def test_cycles_equal_golden_and_a_beat_moves_each_cycle(dut, number, writ
         done.append(dma.written(first - 1, dma.PIXEL, ports))
     assert sink.cycles == done
     assert memory == want
+
+
+@cocotb.test()
+async def test_addresses_of_32_bits(dut):
+    port, _memory, cmd, source, sink = await bench(dut)
+    port.memory = memory = Everywhere()
+    random, board, want = rng("everywhere"), Scoreboard(sink), Everywhere()
+    for _ in range(60):
+        x, y = 64 * random.randrange(128), 64 * random.randrange(128)
+        picture = x + random.randint(1, 6), y + 3, 16 * random.randint(1 + x // 4, 2047), 16 * random.getrandbits(27)
+        dut.cfg_width.value, dut.cfg_stride.value, dut.cfg_addr.value = picture[0], picture[2], picture[3]
+        cmd.send([(x, y)])
+        source.send(beats(picture, x, y, random, want))
+        board.expect([()])
+        await board.finish()
+    assert memory.written == want.written
 
 
 @cocotb.test()

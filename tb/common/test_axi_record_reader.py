@@ -5,7 +5,7 @@ import numpy as np
 
 from golden import dma, params
 from golden.formats import BUILD
-from tb.lib.axi import AxiMemory
+from tb.lib.axi import AxiMemory, Everywhere
 from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_pairs, start_clock
 
 TOP = "gs_axi_record_reader"
@@ -50,16 +50,6 @@ async def test_every_index_brings_its_record(dut, source_stall, sink_stall):
         await source.drained()
     await board.finish()
     assert port.idle() and dut.error.value == 0 and len(border()) >= 5
-
-
-class Everywhere:
-    """4 GB in which each beat reads as a number of its address."""
-
-    def __len__(self) -> int:
-        return 1 << 32
-
-    def __getitem__(self, at: slice) -> bytes:
-        return b"".join((a * 0x9E3779B97F4A7C15 % 2**64).to_bytes(8, "little") for a in range(at.start, at.stop, 8))
 
 
 @cocotb.test()

@@ -22,6 +22,22 @@ from tb.lib.stream import _go, cycle, rng
 FIELDS = {"ar": ("addr", "len", "size", "burst"), "aw": ("addr", "len", "size", "burst"), "w": ("data", "strb", "last")}
 
 
+class Everywhere:
+    """A memory of 4 GB: bytes read as numbers of their addresses until they are written."""
+
+    def __init__(self) -> None:
+        self.written: dict[int, int] = {}
+
+    def __len__(self) -> int:
+        return 1 << 32
+
+    def __getitem__(self, at: slice) -> bytes:
+        return bytes(self.written.get(a, a * 0x9E3779B97F4A7C15 >> 32 & 0xFF) for a in range(at.start, at.stop))
+
+    def __setitem__(self, at: int, value: int) -> None:
+        self.written[at] = value
+
+
 class AxiMemory:
     """Serves whichever of the read and the write channels the port has. Stalls as in stream.py, on every handshake."""
 

@@ -9,6 +9,13 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "position 15 of a block is written 0 early; its own mask, or the batch's last one, comes before it is read",
         ),
     ],
+    "gs_block_buffer": [
+        (
+            "assign out_valid = leaving",
+            "const1 at logic_or.A[0]",
+            "a block leaves a cycle behind its end at the earliest, when its first entry waits in the memory's output",
+        ),
+    ],
     "gs_exp2_unit": [
         (
             "wire [SUM_W-1:0]     in_sum",
