@@ -26,6 +26,7 @@ from tests.mutation.netlist import SELECT
 
 ALIVE, KILLED, HUNG = "alive", "killed", "hung"
 NO_LIMIT = 1 << 40  # simulation steps
+PATIENCE = 600  # processor seconds, of an unmutated run
 EXIT = {10: ALIVE, 11: KILLED, 12: HUNG}  # anything else is a crash of the simulation
 
 
@@ -126,7 +127,7 @@ async def attempt(dut, server: Server) -> None:
     null = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(null, stream)
-    seconds = int(4 * trial.seconds + 3)
+    seconds = int(4 * trial.seconds + 3) if trial.steps else PATIENCE
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
