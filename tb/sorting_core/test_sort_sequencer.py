@@ -36,12 +36,12 @@ class Units:
             self.written.send([(answer(k),)])
             await self.written.drained()
 
-    def check(self, jobs) -> None:
+    def check(self, jobs, base=BASE) -> None:
         """Everything sent equals golden's commands of the jobs (table_n, in_n, first)."""
         want = [c for table_n, in_n, first in jobs for c in sort_sequencer.commands(table_n, in_n, first)]
 
         def at(region, entry):
-            return BASE[region] + BUILD.entry_bytes * entry & 0xFFFFFFFF
+            return base[region] + BUILD.entry_bytes * entry & 0xFFFFFFFF
 
         assert self.a.beats == [(at(c.a, c.a_from), c.a_n) for c in want]
         assert [n for _, n in self.b.beats] == [c.b_n for c in want]
@@ -51,8 +51,8 @@ class Units:
         assert self.out.beats == [(at(c.out, c.out_from),) for c in want]
 
 
-def fields(table_n: int, in_n: int, first: int) -> tuple:
-    return BASE[TABLE], table_n, BASE[INCOMING], in_n, BASE[SCRATCH], BASE[OUT], first
+def fields(table_n: int, in_n: int, first: int, base=BASE) -> tuple:
+    return base[TABLE], table_n, base[INCOMING], in_n, base[SCRATCH], base[OUT], first
 
 
 @cocotb.test()
@@ -71,6 +71,25 @@ async def test_commands_equal_golden(dut, source_stall, sink_stall):
     units.check(jobs)
     ends = [sum(counts[: k + 1]) for k in range(len(jobs))]
     assert units.done.beats == [(999 + end if count else 0,) for count, end in zip(counts, ends, strict=True)]
+
+
+@cocotb.test()
+async def test_addresses_of_32_and_counts_of_24_bits(dut):
+    start_clock(dut)
+    units = Units(dut)
+    await reset(dut)
+    random = rng("wide")
+    for in_n in [0, 1, 300, 600] * 10 + [400_000]:
+        base = {region: 64 * random.getrandbits(26) for region in BASE}
+        job = random.getrandbits(24), in_n, random.getrandbits(9)
+        answers = [random.getrandbits(24) for _ in sort_sequencer.commands(*job)]
+        for sink in (units.a, units.b, units.core, units.out, units.done):
+            sink.clear()
+        units.job.send([fields(*job, base)])
+        await units.serve(len(answers), answers.__getitem__)
+        await units.done.wait(1)
+        units.check([job], base)
+        assert units.done.beats == [(answers[-1],)]
 
 
 @cocotb.test()

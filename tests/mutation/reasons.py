@@ -9,6 +9,18 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "position 15 of a block is written 0 early; its own mask, or the batch's last one, comes before it is read",
         ),
     ],
+    "gs_axi_list_reader": [
+        (
+            "always @(posedge clk) begin",
+            "ar_left[15]",
+            "tables of more than 43,690 entries: the bench reads 700 at most",
+        ),
+        (
+            "always @(posedge clk) begin",
+            "left[23]",
+            "tables of more than 8 million entries; `capacity` ends at one million",
+        ),
+    ],
     "gs_block_buffer": [
         (
             "assign out_valid = leaving",
@@ -22,6 +34,14 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "sub.B[5]",
             "below the binary point the minuend is all ones: no borrow leaves it, and these bits are dropped",
         ),
+    ],
+    "gs_sort_sequencer": [
+        (
+            "always @(posedge clk) begin",
+            "run[23]",
+            "more than 8 million incoming entries, 65,536 commands; `capacity` ends at one million",
+        ),
+        ("wire [N_W-1:0]    rest_a", "rest_a[23]", "the same"),
     ],
 }
 
