@@ -57,15 +57,17 @@ async def test_addresses_of_32_and_indices_of_24_bits(dut):
     random, _, port, source, sink = await bench(dut)
     port.memory = memory = Everywhere()
     board = Scoreboard(sink)
-    size = BUILD.record_bytes
+    size, bursts = BUILD.record_bytes, 0
     for _ in range(12):
         base = 8 * random.randrange((len(memory) - (size << params.INDEX_W)) // 8)
         dut.cfg_addr.value = base
-        indices = [random.getrandbits(params.INDEX_W) for _ in range(40)] + [0, (1 << params.INDEX_W) - 1]
+        indices = [random.getrandbits(params.INDEX_W) for _ in range(80)] + [0, (1 << params.INDEX_W) - 1]
+        bursts += sum(1 + (dma.record_head(i, size, base) < WHOLE) for i in indices)
         source.send([(i,) for i in indices])
         board.expect([(int.from_bytes(memory[base + size * i : base + size * (i + 1)], "little"),) for i in indices])
         await source.drained()
     await board.finish()
+    assert len(port.ar) == bursts
 
 
 @cocotb.test()
