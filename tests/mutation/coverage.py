@@ -14,9 +14,13 @@ from tests.mutation.netlist import Unit
 POINT = re.compile(r"^C '(.*)' (\d+)$")
 
 
+def build(unit: Unit) -> builds.Bench:
+    return replace(unit.bench, coverage=True, few=True)
+
+
 def measure(unit: Unit) -> int:
     """Run the unit's bench with coverage: the number of its tests."""
-    return builds.run(replace(unit.bench, coverage=True))
+    return builds.run(build(unit))
 
 
 def points(path: Path) -> dict[tuple[str, str, int, int, str], int]:
@@ -36,7 +40,7 @@ def collect(units: list[Unit]) -> dict[str, dict]:
     """Of each module that these units' benches hold: points reached and all, by kind, and the branches never taken."""
     total: dict[tuple[str, str, int, int, str], int] = defaultdict(int)
     for unit in units:
-        for key, count in points(replace(unit.bench, coverage=True).folder("verilator") / "coverage.dat").items():
+        for key, count in points(build(unit).folder("verilator") / "coverage.dat").items():
             total[key] += count
     modules = {name: path for name, path in builds.modules().items() if ROOT / "rtl" in path.parents}
     result: dict[str, dict] = {}

@@ -113,9 +113,9 @@ def text(data: dict[str, dict]) -> str:
     lines = [HEAD, *table(head, units), "", "### Survivors", ""]
     lines += [*table(("where", "source", "change", "why no test fails"), survivors), "", "## Coverage", ""]
     lines += [
-        "`make coverage`: Verilator's points over all benches with their first parameter set: blocks and branches, and"
+        "`make coverage`: Verilator's points over all benches with their first parameter set and two pairs of stalls:"
     ]
-    lines += ["for each bit of each signal both directions.", ""]
+    lines += ["blocks and branches, and for each bit of each signal both directions.", ""]
     lines += [*table(("module", "branches", "taken", "edges", "seen"), covered), "", "### Never taken", ""]
     return "\n".join([*lines, *table(("where", "source", "branch", "why"), missed), ""])
 
