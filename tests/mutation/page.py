@@ -112,9 +112,7 @@ def text(data: dict[str, dict]) -> str:
     head = ("unit", "mutants", "killed", "hung", "equivalent", "survivors", "rate", "s")
     lines = [HEAD, *table(head, units), "", "### Survivors", ""]
     lines += [*table(("where", "source", "change", "why no test fails"), survivors), "", "## Coverage", ""]
-    lines += [
-        "`make coverage`: Verilator's points over all benches with their first parameter set and two pairs of stalls:"
-    ]
+    lines += ["`make coverage`: Verilator's points over the first build of each bench, with two pairs of stalls:"]
     lines += ["blocks and branches, and for each bit of each signal both directions.", ""]
     lines += [*table(("module", "branches", "taken", "edges", "seen"), covered), "", "### Never taken", ""]
     return "\n".join([*lines, *table(("where", "source", "branch", "why"), missed), ""])
