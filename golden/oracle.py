@@ -122,6 +122,12 @@ def _ellipses(p: Projection) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _floor(value, low, high):
+    """The next whole number below, in [low, high]: a float of 1e20 has no int64. low for NaN."""
+    return high if value >= high else int(np.floor(value)) if value > low else low
+
+
+@numba.njit(cache=True, error_model="numpy")
 def _lists(mean2d, cov2d, reach, order, width, height, side):
     """(offsets [T + 1], index [P]): for each tile, in the given order, whatever the box of its ellipse touches."""
     columns, rows = -(-width // side), -(-height // side)
@@ -131,10 +137,10 @@ def _lists(mean2d, cov2d, reach, order, width, height, side):
         i = order[k]
         half_x = np.sqrt(reach[i] * cov2d[i, 0]) + 1
         half_y = np.sqrt(reach[i] * cov2d[i, 2]) + 1
-        boxes[k, 0] = int(min(max(np.floor((mean2d[i, 0] - half_x) / side), 0.0), float(columns)))
-        boxes[k, 1] = int(min(max(np.floor((mean2d[i, 1] - half_y) / side), 0.0), float(rows)))
-        boxes[k, 2] = int(min(max(np.floor((mean2d[i, 0] + half_x) / side) + 1, 0.0), float(columns)))
-        boxes[k, 3] = int(min(max(np.floor((mean2d[i, 1] + half_y) / side) + 1, 0.0), float(rows)))
+        boxes[k, 0] = _floor((mean2d[i, 0] - half_x) / side, 0, columns)
+        boxes[k, 1] = _floor((mean2d[i, 1] - half_y) / side, 0, rows)
+        boxes[k, 2] = _floor((mean2d[i, 0] + half_x) / side + 1, 0, columns)
+        boxes[k, 3] = _floor((mean2d[i, 1] + half_y) / side + 1, 0, rows)
         for row in range(boxes[k, 1], boxes[k, 3]):
             for column in range(boxes[k, 0], boxes[k, 2]):
                 offsets[row * columns + column + 1] += 1
@@ -164,8 +170,8 @@ def _blend(offsets, index, side, mean2d, a, b, c, reach, opacity, colour, backgr
                 continue
             limit = reach[i] * (1 + 1e-9) + 1e-9  # a little more than the pixels that pass the exact test below
             half_y = np.sqrt(limit) / c[i]
-            first = int(max(np.floor(mean2d[i, 1] - half_y - 0.5), float(y0)))
-            last = int(min(np.ceil(mean2d[i, 1] + half_y - 0.5) + 1, float(y1)))
+            first = _floor(mean2d[i, 1] - half_y - 0.5, y0, y1)
+            last = _floor(np.ceil(mean2d[i, 1] + half_y - 0.5) + 1, y0, y1)
             for y in range(first, last):
                 dy = y + 0.5 - mean2d[i, 1]
                 v = c[i] * dy
@@ -174,8 +180,8 @@ def _blend(offsets, index, side, mean2d, a, b, c, reach, opacity, colour, backgr
                     continue
                 middle = mean2d[i, 0] - b[i] / a[i] * dy - 0.5
                 half_x = np.sqrt(rest) / a[i] + 1
-                begin = int(max(np.floor(middle - half_x), float(x0)))
-                end = int(min(np.ceil(middle + half_x) + 1, float(x1)))
+                begin = _floor(middle - half_x, x0, x1)
+                end = _floor(np.ceil(middle + half_x) + 1, x0, x1)
                 for x in range(begin, end):
                     t = left[y - y0, x - x0]
                     u = a[i] * (x + 0.5 - mean2d[i, 0]) + b[i] * dy

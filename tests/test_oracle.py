@@ -153,6 +153,16 @@ def test_s01_second_layer_at_the_clamp(rule, green):
     assert np.abs(image[..., 1] - green).max() < 1e-9
 
 
+def test_an_ellipse_beyond_any_whole_number_reads_no_other_memory():
+    """Its rows begin near 1e22 pixels; found by fuzzing."""
+    one = Gaussians(
+        "far", np.array([[-1e30, 0.0, 1e9]]), np.array([[0.0, 0.0, 1e30]]), np.array([[0.0, 0, 0, 1]]), np.ones(1),
+        np.zeros((1, 1, 3), np.float32),
+    )  # fmt: skip
+    camera = Camera(63, 1, 63.0, 63.0, 31.5, 0.5, np.eye(3), np.array([-0.05, 0.03, 0.13]), 0.2)
+    assert project(one, camera).visible.all() and np.isfinite(oracle.render(one, camera)).all()
+
+
 def test_no_gaussians_is_background():
     camera = camera_a(30, 20)
     scene = random_scene(0, 0)

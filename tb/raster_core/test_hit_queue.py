@@ -91,7 +91,7 @@ async def bench(dut, *arguments) -> Bench:
 @cocotb.parametrize(
     (
         ("push", "close", "read"),
-        [(0.9, 0.05, 0.9), (0.5, 0.9, 0.9), (0.3, 0.05, 0.1), (1.0, 0.02, 1.0), (1.0, 1.0, 1.0)],
+        [(0.9, 0.05, 0.9), (0.5, 0.9, 0.9), (0.3, 0.05, 0.1), (1.0, 0.02, 1.0), (1.0, 0.001, 1.0), (1.0, 1.0, 1.0)],
     )
 )
 async def test_lists_come_out_as_they_went_in(dut, push, close, read):

@@ -15,6 +15,7 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "ar_left[15]",
             "tables of more than 43,690 entries: the bench reads 700 at most",
         ),
+        ("always @(posedge clk) begin", "procdff.D[15]", "tables of more than 21,845 entries: the same"),
         (
             "always @(posedge clk) begin",
             "left[23]",
