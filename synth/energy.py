@@ -9,11 +9,11 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from golden.report.reproduce.paper import TABLE4
+from golden.report.accuracy.area import SLICES
+from golden.report.reproduce.paper import COUNT, TABLE4
 from golden.timing import simulate
 from golden.timing.simulate import CLOCK
 from synth import results
-from synth.units import PAPER_UNITS, RASTER_CORES
 
 RESULTS = results.FOLDER / "energy.json"
 HARDWARE = ("neo", "splatcore")
@@ -32,9 +32,9 @@ class Part:
 
 
 PARTS = (
-    Part("sorting cores", "gs_sorting_core", PAPER_UNITS, "sorting cores"),
-    Part("tests", "gs_group_test_unit", RASTER_CORES, "intersection test units"),
-    Part("SCUs", "gs_subtile_compute_unit", PAPER_UNITS, "subtile compute units"),
+    Part("sorting cores", "gs_sorting_core", COUNT, "sorting cores"),
+    Part("tests", "gs_group_test_unit", SLICES, "intersection test units"),
+    Part("SCUs", "gs_subtile_compute_unit", COUNT, "subtile compute units"),
 )
 
 

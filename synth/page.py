@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 
-from golden.report.reproduce.paper import TABLE4
+from golden.report.accuracy.area import SLICES
+from golden.report.reproduce.paper import BOTH_ENGINES, COUNT
 from synth import results, units
-from synth.units import LIST, PAPER_UNITS, RASTER_CORES
+from synth.units import LIST
 from tests.builds import ROOT
 
 PAGE = ROOT / "docs" / "synthesis.md"
@@ -20,13 +21,14 @@ def ratio(ours: float, other: float | None) -> str:
 def row(unit: units.Unit, found: dict) -> str:
     """A unit's line; the paper's rows of whole engines hold buffers, so ours stand with theirs there."""
     area, memory = found["area_um2"], found["memory_um2"]
+    theirs = unit.theirs(0)
     whole = area + memory if unit.paper and any("Engine" in name for name in unit.paper) else area
     period, clock = found["period_ps"], found["clock_mhz"]
     plain = found.get("plain")  # kept results of an older recipe have none
     plain_area, plain_period = (f"{plain['area_um2']:,.0f}", f"{plain['period_ps']['0']:,.0f}") if plain else ("", "")
     columns = [
         f"`{unit.module}`", unit.what, f"{area:,.0f}", plain_area, f"{found['kge']:,.1f}", f"{found['flip_flops']:,}",
-        f"{memory:,.0f}" if memory else "", ratio(whole, unit.paper_area), ratio(area, unit.aim),
+        f"{memory:,.0f}" if memory else "", ratio(whole, theirs and 1e6 * theirs), ratio(area, unit.aim),
         f"{period['0']:,.0f}", plain_period, f"{clock['0']:,}", f"{clock['2.5']:,}", f"{clock['5']:,}",
     ]  # fmt: skip
     return f"| {' | '.join(columns)} |"
@@ -47,12 +49,12 @@ def total(found: dict[str, dict]) -> str:
     def whole(module: str) -> float:
         return found[module]["area_um2"] + found[module]["memory_um2"]
 
-    paper = TABLE4["Sorting Engine"][0] + TABLE4["Rasterization Engine"][0]
-    sorting = PAPER_UNITS * whole("gs_sorting_core") / 1e6
-    lines = [f"| {PAPER_UNITS} sorting cores and {RASTER_CORES} raster cores | mm2 | the paper's {paper:.3f} mm2 |"]
+    paper = BOTH_ENGINES[0]
+    sorting = COUNT * whole("gs_sorting_core") / 1e6
+    lines = [f"| {COUNT} sorting cores and {SLICES} raster cores | mm2 | the paper's {paper:.3f} mm2 |"]
     lines.append("|---|---|---|")
     for module in ("gs_raster_core", "gs_late_core"):
-        ours = RASTER_CORES * whole(module) / 1e6 + sorting
+        ours = SLICES * whole(module) / 1e6 + sorting
         lines.append(f"| `gs_sorting_core`, `{module}` | {ours:.3f} | x {ours / paper:.2f} |")
     lines += [
         "",

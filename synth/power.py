@@ -18,13 +18,11 @@ import time
 import numpy as np
 
 from golden.errors import InputError
-from golden.params import UNITS
-from golden.report.reproduce.paper import TABLE4
 from synth import activity, cells, circuit, energy, gatesim, joint, results
 from synth.__main__ import own_library
 from synth.flow import Library, Module
 from synth.page import PAGE
-from synth.units import PAPER_UNITS
+from synth.units import named
 from tests import builds
 
 RESULTS = results.FOLDER / "power.json"
@@ -36,17 +34,10 @@ RESET = 4  # cycles of the reset in which outputs may differ
 FJ = 1e-3  # mW of a fJ a cycle at 1 GHz
 
 
-# unit: its row in Table 4, and how many of the units there do its work
-LIST = {
-    "gs_bitonic_sort_unit": ("Bitonic Sort Unit", 1),
-    "gs_merge_sort_unit": ("Merge Sort Unit+", 1),
-    "gs_chunk_sorter": None,
-    "gs_sorting_core": ("Sorting Engine", 1),
-    "gs_group_test_unit": ("Intersection Test Unit", UNITS),
-    "gs_exp2_unit": None,
-    "gs_power_unit": None,
-    "gs_subtile_compute_unit": ("Subtile Compute Unit", 1),
-}
+LIST = (
+    "gs_bitonic_sort_unit", "gs_merge_sort_unit", "gs_chunk_sorter", "gs_sorting_core", "gs_group_test_unit",
+    "gs_exp2_unit", "gs_power_unit", "gs_subtile_compute_unit",
+)  # fmt: skip
 
 
 def digest(module: str) -> str:
@@ -105,17 +96,15 @@ def table(found: dict[str, dict]) -> str:
     """Markdown."""
     head = ["module", "busy mW", "of it clock", "of it glitches", "busy, 2.5 um", "idle", "memories"]
     lines = [f"| {' | '.join([*head, 'the paper, mW'])} |", "|" + "---|" * (len(head) + 1)]
-    for module, paper in LIST.items():
+    for module in LIST:
         if module in found:
             one = found[module]
             bare = one["0"]
             numbers = [*(bare[k] for k in ("busy_mw", "clock_mw", "glitch_mw")), one["2.5"]["busy_mw"]]
             numbers += [bare["idle_mw"], one["memory_mw"] or None]
             row = [f"`{module}`", *("" if number is None else f"{number:.3g}" for number in numbers)]
-            row.append("")
-            if paper:
-                theirs = TABLE4[paper[0]][1] / PAPER_UNITS * paper[1]
-                row[-1] = f"{theirs:.2f} (x {bare['busy_mw'] / theirs:.2f})"
+            theirs = named(module)[0].theirs(1)
+            row.append(f"{theirs:.2f} (x {bare['busy_mw'] / theirs:.2f})" if theirs else "")
             lines.append(f"| {' | '.join(row)} |")
     return "\n".join(lines) + "\n"
 

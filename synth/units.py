@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from golden.errors import InputError
-from golden.params import SORT_CORES, UNITS
-from golden.report.reproduce.paper import TABLE4
-
-PAPER_UNITS = 16  # of each kind, in Table 4
-RASTER_CORES = PAPER_UNITS // UNITS
+from golden.params import SORT_CORES
+from golden.report.reproduce.figures.silicon import PARTS
+from golden.report.reproduce.paper import COUNT, TABLE4
 
 
 @dataclass(frozen=True)
@@ -21,32 +19,30 @@ class Unit:
     paper: dict[str, int] | None = None
     aim: float | None = None
 
-    @property
-    def paper_area(self) -> float | None:
-        """um2."""
-        if self.paper is None:
-            return None
-        return sum(TABLE4[row][0] * 1e6 / PAPER_UNITS * count for row, count in self.paper.items())
+    def theirs(self, column: int) -> float | None:
+        """mm2 (column 0) or mW (1) of what does the same in the paper."""
+        return self.paper and sum(TABLE4[row][column] * n for row, n in self.paper.items()) / COUNT
 
 
-RASTER = {"Rasterization Engine": PAPER_UNITS // RASTER_CORES}
+SHARES = {part.module: {row: COUNT // part.count} for row, part in PARTS.items()}
+BSU, MSU, RASTER = (SHARES[f"gs_{name}"] for name in ("bitonic_sort_unit", "merge_sort_unit", "raster_core"))
 LIST = (
-    Unit("gs_bitonic_sort_unit", "BSU", {"Bitonic Sort Unit": 1}, 300),
-    Unit("gs_merge_sort_unit", "MSU+", {"Merge Sort Unit+": 1}, 150),
-    Unit("gs_chunk_sorter", "BSU, MSU+ and chunk buffers", {"Bitonic Sort Unit": 1, "Merge Sort Unit+": 1}, 450),
-    Unit("gs_sorting_core", "sorting core", {"Sorting Engine": 1}),
+    Unit("gs_bitonic_sort_unit", "BSU", BSU, 300),
+    Unit("gs_merge_sort_unit", "MSU+", MSU, 150),
+    Unit("gs_chunk_sorter", "BSU, MSU+ and chunk buffers", BSU | MSU, 450),
+    Unit("gs_sorting_core", "sorting core", SHARES["gs_sorting_core"]),
     Unit("gs_intersection_test_unit", "ITU, without its set-up", {"Intersection Test Unit": 1}, 500),
-    Unit("gs_group_test_unit", "4 ITUs and their set-up", {"Intersection Test Unit": UNITS}, 2000),
+    Unit("gs_group_test_unit", "4 ITUs and their set-up", SHARES["gs_group_test_unit"], 2000),
     Unit("gs_group_finder", "groups an entry may hit"),
     Unit("gs_candidate_matrix", "candidates of each group"),
     Unit("gs_candidate_tester", "tests the candidates: 4 ITUs"),
     Unit("gs_exp2_unit", "2^-p, one lane"),
     Unit("gs_power_unit", "p of 16 lanes"),
-    Unit("gs_subtile_compute_unit", "SCU, 16 lanes", {"Subtile Compute Unit": 1}, 7800),
+    Unit("gs_subtile_compute_unit", "SCU, 16 lanes", SHARES["gs_subtile_compute_unit"], 7800),
     Unit("gs_late_sorter", "sorts a batch by fresh keys"),
     Unit("gs_raster_core", "raster core: 4 ITUs, 4 SCUs", RASTER),
     Unit("gs_late_core", "raster core with late sort", RASTER),
-    Unit("gs_slice", "slice: 4 sorting, 1 raster core, DMA", {"Sorting Engine": SORT_CORES, **RASTER}),
+    Unit("gs_slice", "slice: 4 sorting, 1 raster core, DMA", RASTER | {"Sorting Engine": SORT_CORES}),
 )
 
 

@@ -1,7 +1,7 @@
 """Area of the whole machine at the settings of the number formats that were mapped, for the rows of a study.
 
 area.json is written by `python -m synth --settings`: um2 of each core with its memories (docs/synthesis.md says what
-that leaves out). A slice is SORT_CORES sorting cores and a raster core; the paper's 16 of each unit are four slices.
+that leaves out). A slice is SORT_CORES sorting cores and a raster core; the paper's COUNT of each unit are four slices.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from functools import cache
 from pathlib import Path
 
 from golden.params import SORT_CORES, UNITS
+from golden.report.reproduce.paper import COUNT
 
 KEPT = Path(__file__).with_name("area.json")
-SLICES = 16 // UNITS
+SLICES = COUNT // UNITS
 RASTER = {"neo": "gs_raster_core", "splatcore": "gs_late_core"}  # by hardware
 FREE = (  # keys that change what the cores do, not the cores; the preprocessing engine is not part of the sum
     "setting", "entry_bytes", "record_stride", "depth", "passes", "cut_share", "refresh", "sh_degree", "colour_every",

@@ -9,17 +9,15 @@ import json
 from dataclasses import dataclass
 
 from golden.errors import InputError
-from golden.params import UNITS
 from golden.report.accuracy import area
 from golden.report.reproduce.figures import Figure
-from golden.report.reproduce.paper import AREA, ENGINES, FPS, NODE, POWER, TABLE4
+from golden.report.reproduce.paper import AREA, BOTH_ENGINES, COUNT, ENGINES, FPS, NODE, POWER, TABLE4
 from golden.report.reproduce.pivots import Pivot
 from golden.report.reproduce.plan import ROOT, Case, Plan
 from golden.report.reproduce.plots import Panel
 from golden.report.reproduce.rows import Rows
 
 RESULTS = ROOT / "synth" / "results"
-COUNT = 16  # of each unit, in Table 4
 CLOCK = "clock, MHz"
 
 
@@ -37,8 +35,8 @@ PARTS = {
     "Bitonic Sort Unit": Part("gs_bitonic_sort_unit", COUNT),
     "Sorting Engine": Part("gs_sorting_core", COUNT, engine=True),
     "Subtile Compute Unit": Part("gs_subtile_compute_unit", COUNT),
-    "Intersection Test Unit": Part("gs_group_test_unit", COUNT // UNITS),  # four, and what they share
-    "Rasterization Engine": Part("gs_raster_core", COUNT // UNITS, engine=True),
+    "Intersection Test Unit": Part("gs_group_test_unit", area.SLICES),  # four, and what they share
+    "Rasterization Engine": Part("gs_raster_core", area.SLICES, engine=True),
 }
 INSIDE = {
     "Sorting Engine": ("Merge Sort Unit+", "Bitonic Sort Unit"),
@@ -96,7 +94,6 @@ def slices_cases(plan: Plan) -> list[Case]:
 
 
 def slices(rows: Rows, plan: Plan, runs) -> None:
-    paper = sum(TABLE4[name][0] for name in INSIDE)
     four = {scene: runs[_case(plan, scene, "neo", area.SLICES)]["fps"] for scene in plan.names}
     for name in MACHINES:
         for count in SLICES:
@@ -104,7 +101,7 @@ def slices(rows: Rows, plan: Plan, runs) -> None:
             fps = {scene: runs[_case(plan, scene, name, count)]["fps"] for scene in plan.names}
             mm2 = area.mm2(name, (f"slices={count}",))
             rows.whole(plan.top, machine, AREA, mm2)
-            rows.whole(plan.top, machine, SMALLER, paper / mm2)
+            rows.whole(plan.top, machine, SMALLER, BOTH_ENGINES[0] / mm2)
             rows.each(plan.top, machine, FPS, fps)
             rows.each(plan.top, machine, FASTER, {scene: fps[scene] / four[scene] for scene in plan.names})
 
