@@ -51,23 +51,32 @@ module gs_hit_queue #(
         end
     endgenerate
 
-    reg  [ADDR_W:0]   count;  // pushes of the list so far
+    reg  [SLOT_W:0]   count;  // pushes of the list so far, no more than CHUNK
     reg  [ADDR_W-1:0] wr_ptr;
     reg  [ADDR_W-1:0] rd_ptr;
-    wire [ADDR_W:0]   head_count;
-    wire [ADDR_W:0]   count_now = count + {{ADDR_W{1'b0}}, push_valid};
+    wire [SLOT_W:0]   count_now = count + {{SLOT_W{1'b0}}, push_valid};
+    wire [ADDR_W:0]   wide_add;
+    wire [ADDR_W:0]   wide_drop;
     wire              mark_take = mark_valid && mark_ready;
-    wire [ADDR_W:0]   add       = close ? count_now : {ADDR_W+1{1'b0}};
-    wire [ADDR_W:0]   drop      = mark_take && mark_skip ? head_count : {{ADDR_W{1'b0}}, slot_en};
-    assign mark_count = head_count[SLOT_W:0];
+    wire [SLOT_W:0]   add       = close ? count_now : {SLOT_W+1{1'b0}};
+    wire [SLOT_W:0]   drop      = mark_take && mark_skip ? mark_count : {{SLOT_W{1'b0}}, slot_en};
+    generate
+        if (ADDR_W > SLOT_W) begin : g_wide
+            assign wide_add  = {{ADDR_W-SLOT_W{1'b0}}, add};
+            assign wide_drop = {{ADDR_W-SLOT_W{1'b0}}, drop};
+        end else begin : g_same
+            assign wide_add  = add;
+            assign wide_drop = drop;
+        end
+    endgenerate
     always @(posedge clk) begin
-        count     <= close ? {ADDR_W+1{1'b0}} : count_now;
+        count     <= close ? {SLOT_W+1{1'b0}} : count_now;
         wr_ptr    <= wr_ptr + {{ADDR_W-1{1'b0}}, push_valid};
-        rd_ptr    <= rd_ptr + drop[ADDR_W-1:0];
-        slot_used <= slot_used + add - drop;
+        rd_ptr    <= rd_ptr + wide_drop[ADDR_W-1:0];
+        slot_used <= slot_used + wide_add - wide_drop;
         mark_used <= mark_used + {{MARK_W{1'b0}}, close} - {{MARK_W{1'b0}}, mark_take};
         if (rst) begin
-            count     <= {ADDR_W+1{1'b0}};
+            count     <= {SLOT_W+1{1'b0}};
             wr_ptr    <= {ADDR_W{1'b0}};
             rd_ptr    <= {ADDR_W{1'b0}};
             slot_used <= {ADDR_W+1{1'b0}};
@@ -82,13 +91,13 @@ module gs_hit_queue #(
     );
 
     wire unused_ready;
-    gs_fifo #(.WIDTH(ADDR_W + 3), .DEPTH(MARKS)) mark_fifo (
+    gs_fifo #(.WIDTH(SLOT_W + 3), .DEPTH(MARKS)) mark_fifo (
         .clk(clk), .rst(rst),
         .in_valid(close), .in_ready(unused_ready), .in_data({close_void, close_end, count_now}),
-        .out_valid(mark_valid), .out_ready(mark_ready), .out_data({mark_void, mark_end, head_count})
+        .out_valid(mark_valid), .out_ready(mark_ready), .out_data({mark_void, mark_end, mark_count})
     );
 
-    wire unused_ok = &{1'b0, unused_ready, head_count};
+    wire unused_ok = &{1'b0, unused_ready};
 
 endmodule
 

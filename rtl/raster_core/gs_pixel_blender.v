@@ -49,10 +49,9 @@ module gs_pixel_blender #(
     output wire                      trace_blend
 );
 
-    localparam STATE_W  = T_F + 3*ACC_W;
     localparam ALPHA_D  = (ALPHA_F + 1) / 2;  // digits of alpha
     localparam WEIGHT_D = (T_F + 1) / 2;      // of a weight, which is below 1
-    localparam PROD_W   = 2*ALPHA_D + T_F;
+    localparam PROD_W   = ALPHA_F + T_F;
     localparam ACC_DROP = T_F + COLOUR_F - ACC_F;
     localparam FULL_W   = ACC_W + ACC_DROP;
     // half_up(alpha * T) can be T only where T is no more than 1/2 / (1 - ALPHA_MAX), a number of so many bits
@@ -70,38 +69,49 @@ module gs_pixel_blender #(
         end
     endgenerate
 
-    // alpha * (t + 1) + 1/2; t3 is 3 * t
+    // digit * t, digit * x: of 0 to 3, where three times is there
+    function [T_F+1:0] times_t;
+        input [1:0]     digit;
+        input [T_F-1:0] t;
+        input [T_F+1:0] t3;
+        times_t = ({T_F+2{digit == 2'd1}} & {2'b00, t}) | ({T_F+2{digit == 2'd2}} & {1'b0, t, 1'b0})
+                | ({T_F+2{digit == 2'd3}} & t3);
+    endfunction
+
+    function [COLOUR_W+1:0] times_x;
+        input [1:0]          digit;
+        input [COLOUR_W-1:0] x;
+        input [COLOUR_W+1:0] x3;
+        times_x = ({COLOUR_W+2{digit == 2'd1}} & {2'b00, x}) | ({COLOUR_W+2{digit == 2'd2}} & {1'b0, x, 1'b0})
+                | ({COLOUR_W+2{digit == 2'd3}} & x3);
+    endfunction
+
+    // alpha * (t + 1) + 1/2
     function [PROD_W-1:0] weigh;
-        input [2*ALPHA_D-1:0] alpha;
+        input [ALPHA_F-1:0]   alpha;
+        input [2*ALPHA_D-1:0] digits;  // of alpha
         input [T_F-1:0]       t;
         input [T_F+1:0]       t3;
         integer i;
-        reg [T_F+1:0] row;
         begin
             weigh = HALF + {{T_F{1'b0}}, alpha};
             for (i = 0; i < 2*ALPHA_D; i = i + 2) begin
-                row = ({T_F+2{alpha[i +: 2] == 2'd1}} & {2'b00, t}) | ({T_F+2{alpha[i +: 2] == 2'd2}} & {1'b0, t, 1'b0})
-                    | ({T_F+2{alpha[i +: 2] == 2'd3}} & t3);
-                weigh = weigh + ({{PROD_W-T_F-2{1'b0}}, row} << i);
+                weigh = weigh + ({{ALPHA_F-2{1'b0}}, times_t(digits[i +: 2], t, t3)} << i);
             end
         end
     endfunction
 
-    // acc + w * x + 1/2; x3 is 3 * x
+    // acc + w * x + 1/2
     function [FULL_W-1:0] accumulate;
-        input [ACC_W-1:0]    acc;
+        input [ACC_W-1:0]      acc;
         input [2*WEIGHT_D-1:0] w;
-        input [COLOUR_W-1:0] x;
-        input [COLOUR_W+1:0] x3;
+        input [COLOUR_W-1:0]   x;
+        input [COLOUR_W+1:0]   x3;
         integer i;
-        reg [COLOUR_W+1:0] row;
         begin
             accumulate = {acc, 1'b1, {ACC_DROP-1{1'b0}}};
             for (i = 0; i < 2*WEIGHT_D; i = i + 2) begin
-                row = ({COLOUR_W+2{w[i +: 2] == 2'd1}} & {2'b00, x})
-                    | ({COLOUR_W+2{w[i +: 2] == 2'd2}} & {1'b0, x, 1'b0})
-                    | ({COLOUR_W+2{w[i +: 2] == 2'd3}} & x3);
-                accumulate = accumulate + ({{FULL_W-COLOUR_W-2{1'b0}}, row} << i);
+                accumulate = accumulate + ({{FULL_W-COLOUR_W-2{1'b0}}, times_x(w[i +: 2], x, x3)} << i);
             end
         end
     endfunction
@@ -129,12 +139,13 @@ module gs_pixel_blender #(
     wire [T_F+1:0] s15_wide = {2'b00, s15_t};
 
     // S12 weigh
-    reg  [T_F-1:0]       s13_w;  // UQ0.T_F
+    reg  [T_F-1:0]       s13_w;      // UQ0.T_F
+    reg  [ALPHA_F-1:0]   s13_below;  // bits below it
     wire [T_F-1:0]       s12_t      = ~s12_t_n;
     wire                 s12_live   = s12_keep && in_blend && s12_open;
-    wire [2*ALPHA_D-1:0] s12_seen   = {{2*ALPHA_D-ALPHA_F{1'b0}}, s12_alpha & {ALPHA_F{s12_live}}};
-    wire [PROD_W-1:0]    s12_wt     = weigh(s12_seen, s12_t, s12_t3);
-    wire [STATE_W-1:0]   s12_loaded = in_state & {STATE_W{in_load}};
+    wire [ALPHA_F-1:0]   s12_seen   = s12_alpha & {ALPHA_F{s12_live}};
+    wire [2*ALPHA_D-1:0] s12_digits = {{2*ALPHA_D-ALPHA_F{1'b0}}, s12_seen};
+    wire [T_F-1:0]       s12_t_in   = (in_state[T_F-1:0] & {T_F{in_load}}) | {T_F{in_open}};
     assign trace_blend = s12_live;
 
     // S13 attenuate. T never reaches 0: where w would be T, it is t.
@@ -144,8 +155,8 @@ module gs_pixel_blender #(
     wire [T_F-1:0] s13_weight = {s13_w[T_F-1:LOW_W], s13_all ? s13_t[LOW_W-1:0] : s13_w[LOW_W-1:0]};
 
     always @(posedge clk) if (go) begin
-        s13_w    <= s12_wt[ALPHA_F +: T_F];
-        s13_t_n  <= ~(in_swap ? s12_loaded[T_F-1:0] | {T_F{in_open}} : s12_t);
+        {s13_w, s13_below} <= weigh(s12_seen, s12_digits, s12_t, s12_t3);
+        s13_t_n  <= ~(in_swap ? s12_t_in : s12_t);
         s14_w    <= s13_weight;
         s14_t_n  <= ~(s13_t - s13_weight);
         s15_t    <= ~s14_t_n;
@@ -155,7 +166,6 @@ module gs_pixel_blender #(
     end
 
     // S14 accumulate
-    wire [3*ACC_W-1:0] s12_acc;  // {blue, green, red}, UQ3.ACC_F each
     genvar k;
     generate
         for (k = 0; k < 3; k = k + 1) begin : g_colour
@@ -163,23 +173,24 @@ module gs_pixel_blender #(
             reg  [ACC_W-1:0]  s13_sum_n;
             reg  [ACC_W-1:0]  s14_sum;
             reg  [ACC_W-1:0]  s15_sum;
-            wire [FULL_W-1:0] s14_full = accumulate(s14_sum, {{2*WEIGHT_D-T_F{1'b0}}, s14_w},
-                                                    in_colours[k*COLOUR_W +: COLOUR_W],
-                                                    in_triples[k*(COLOUR_W+2) +: COLOUR_W+2]);
-            assign s12_acc[k*ACC_W +: ACC_W] = ~s12_sum_n;
+            reg  [ACC_DROP-1:0] s15_below;
+            wire [ACC_W-1:0]  s12_sum    = ~s12_sum_n;
+            wire [ACC_W-1:0]  s12_before = in_state[T_F + k*ACC_W +: ACC_W] & {ACC_W{in_load}};
             always @(posedge clk) if (go) begin
-                s13_sum_n <= ~(in_swap ? s12_loaded[T_F + k*ACC_W +: ACC_W] : s12_acc[k*ACC_W +: ACC_W]);
+                s13_sum_n <= ~(in_swap ? s12_before : s12_sum);
                 s14_sum   <= ~s13_sum_n;
-                s15_sum   <= s14_full[FULL_W-1:ACC_DROP];
+                {s15_sum, s15_below} <= accumulate(s14_sum, {{2*WEIGHT_D-T_F{1'b0}}, s14_w},
+                                                   in_colours[k*COLOUR_W +: COLOUR_W],
+                                                   in_triples[k*(COLOUR_W+2) +: COLOUR_W+2]);
                 s12_sum_n <= ~s15_sum;
             end
-            wire unused_colour_ok = &{1'b0, s14_full[ACC_DROP-1:0]};
+            wire unused_colour_ok = &{1'b0, s15_below};
         end
     endgenerate
 
-    assign out_state = {s12_acc, s12_t};
+    assign out_state = {g_colour[2].s12_sum, g_colour[1].s12_sum, g_colour[0].s12_sum, s12_t};
     assign out_open  = s12_open;
-    wire unused_ok = &{1'b0, s12_wt};
+    wire unused_ok = &{1'b0, s13_below};
 
 endmodule
 

@@ -94,8 +94,13 @@ module gs_power_unit #(
 
     // start_q[n]: the first beat of a Gaussian stands at stage n. What is filled once per Gaussian stays for four cycles,
     // and is passed on in time for the next one.
-    reg [8:1] start_q;
-    always @(posedge clk) start_q <= rst ? 8'd0 : {start_q[7:1], in_valid};
+    reg [12:1] start_q;
+    reg        s10_live;  // a beat stands there
+    wire       s9_live = |start_q[12:9];
+    always @(posedge clk) begin
+        start_q  <= rst ? 12'd0 : {start_q[11:1], in_valid};
+        s10_live <= s9_live;
+    end
 
     // S1: dx, dy SQ14.MEAN_F
     reg [CHOL_W-1:0]    s1_a;
@@ -198,9 +203,11 @@ module gs_power_unit #(
             wire [BIAS_W-1:0] s9_wide = {{BIAS_W-DIST_W{1'b0}}, s9_v[DIST_W-1:0]};
             wire [BIAS_W-1:0] s9_bias = s9_wide * s9_wide + s9_offset;
             always @(posedge clk) begin
-                s9_v     <= distance(r == 0 ? s8_v : s8_v + s8_wide_c);
-                s10_bias <= s9_bias[NEAR_W-1:0];
-                s10_far  <= s9_v[DIST_W] || !s9_near || |s9_bias[BIAS_W-1:NEAR_W];
+                s9_v <= distance(r == 0 ? s8_v : s8_v + s8_wide_c);
+                if (s9_live) begin
+                    s10_bias <= s9_bias[NEAR_W-1:0];
+                    s10_far  <= s9_v[DIST_W] || !s9_near || |s9_bias[BIAS_W-1:NEAR_W];
+                end
             end
             assign s10_biases[r*NEAR_W +: NEAR_W] = s10_bias;
             assign s10_fars[r] = s10_far;
@@ -225,8 +232,10 @@ module gs_power_unit #(
             wire [E_W-1:0] s10_wide = {{E_W-DIST_W{1'b0}}, s10_u[DIST_W-1:0]};
             wire [E_W-1:0] s10_sum  = s10_wide * s10_wide + {{E_W-NEAR_W{1'b0}}, s10_biases[ROW*NEAR_W +: NEAR_W]};
             always @(posedge clk) begin
-                s10_u_n <= ~distance(s9_us[l*U_W +: U_W]);
-                s11_p <= {s10_u[DIST_W] || s10_fars[ROW] || |s10_sum[E_W-1:NEAR_W], s10_sum[E_DROP +: POWER_W-1]};
+                if (s9_live) s10_u_n <= ~distance(s9_us[l*U_W +: U_W]);
+                if (s10_live) begin
+                    s11_p <= {s10_u[DIST_W] || s10_fars[ROW] || |s10_sum[E_W-1:NEAR_W], s10_sum[E_DROP +: POWER_W-1]};
+                end
             end
             assign out_p[l*POWER_W +: POWER_W] = s11_p;
             wire unused_ok = &{1'b0, s10_sum[E_DROP-1:0]};
