@@ -12,7 +12,7 @@ from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_p
 
 TOP = "gs_axi_block_writer"
 SLOW = True
-PARAMETERS = [{"DONES": 2}, {"DONES": 8}]
+PARAMETERS = [{"DONES": 8}, {"DONES": 2}]
 LENGTHS = (0, 1, 2, 3, 4, 0, 0, 5, 1, 1, 255, 256, 1, 257, 512, 0, 700, 2, 0, 3, 7, 1030)
 SIZE = 1 << 16
 FIELDS = ("entry", "len", "last")

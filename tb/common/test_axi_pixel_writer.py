@@ -10,8 +10,8 @@ from tb.lib.stream import Monitor, Scoreboard, Sink, Source, reset, rng, stall_p
 TOP = "gs_axi_pixel_writer"
 SLOW = True
 SIZE = 1 << 17
-# width, height, stride, address: whole tiles; a corner of 2 x 6 pixels; rows across 4 KB borders; one pixel
-PICTURES = ((128, 64, 512, 256), (130, 70, 528, 16 * 7), (70, 66, 304, 4096 - 48), (65, 65, 272, 0))
+# width, height, stride, address: whole tiles; a corner of 41 x 6 pixels; rows across 4 KB borders; one pixel
+PICTURES = ((128, 64, 512, 256), (169, 70, 688, 16 * 7), (70, 66, 304, 4096 - 48), (65, 65, 272, 0))
 
 
 def tiles(width: int, height: int) -> list[tuple[int, int]]:
@@ -61,6 +61,19 @@ async def test_every_pixel_lands_in_its_place(dut, source_stall, sink_stall):
         board.expect([()])
     await board.finish()
     assert port.idle() and memory == want and dut.error.value == 0
+
+
+@cocotb.test()
+async def test_tiles_wait_for_the_answers_of_those_before(dut):
+    picture = PICTURES[3]
+    port, memory, cmd, source, sink = await bench(dut, picture=picture, write=300)
+    random, board, want, number = rng("answers"), Scoreboard(sink), bytearray(b"\x5a" * SIZE), 20
+    for _ in range(number):
+        cmd.send([(64, 64)])
+        source.send(beats(picture, 64, 64, random, want))
+        board.expect([()])
+    await board.finish()
+    assert port.idle() and memory == want and len(port.aw) == number
 
 
 @cocotb.test()

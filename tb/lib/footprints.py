@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from golden.formats import BUILD, record_fields
@@ -59,3 +61,24 @@ def gaussians(n: int, seed: int, x0: int = 0, y0: int = 0, kind: str = "mixed") 
     return np.column_stack(
         [mean_code(mean), cholesky(major, minor, r.uniform(0, np.pi, n)), opacity_code(alpha), colour]
     )
+
+
+def edges(rows: np.ndarray, answer) -> np.ndarray:
+    """Pairs of neighbours [2n, k]: a field of a row moved towards the row before it, to where answer(row) changes.
+
+    A bit that goes wrong in any field changes the answer of some of them.
+    """
+    found = []
+    for before, row in pairwise(rows):
+        for field in range(len(row)):
+            low, high = row.copy(), row.copy()
+            high[field] = before[field]
+            kept = answer(low)
+            if answer(high) == kept:
+                continue
+            while abs(high[field] - low[field]) > 1:
+                middle = low.copy()
+                middle[field] = (low[field] + high[field]) // 2
+                low, high = (middle, high) if answer(middle) == kept else (low, middle)
+            found += [low, high]
+    return np.array(found)

@@ -8,6 +8,8 @@ import numpy as np
 
 from golden import params, records
 from golden.formats import BUILD
+from golden.raster_core.group_tester import tile_bits
+from tb.lib.footprints import edges
 
 
 def scene(n: int, width: int, height: int, seed: int = 0, sigma: float = 3.0, opaque: float = 0.5) -> SimpleNamespace:
@@ -30,6 +32,16 @@ def scene(n: int, width: int, height: int, seed: int = 0, sigma: float = 3.0, op
         colour=r.integers(0, BUILD.colour_max + 1, (n, 3)),
         key=r.integers(0, 1 << BUILD.key_w, n),
     )
+
+
+def on_edges(n: int, width: int, height: int, tile: tuple[int, int]) -> SimpleNamespace:
+    """n Gaussians whose hits in the tile one code of a field changes."""
+    found = scene(64, width, height, seed=5, sigma=6.0)
+    rows = np.column_stack([found.chol, found.mean, found.opacity])
+    rows = edges(rows, lambda row: tile_bits(BUILD, *row.tolist(), *tile, width, height))
+    rows = rows[np.linspace(0, len(rows) - 1, n).astype(int)]
+    fill = scene(n, width, height)
+    return SimpleNamespace(mean=rows[:, 3:5], chol=rows[:, :3], opacity=rows[:, 5], colour=fill.colour, key=fill.key)
 
 
 def walls(n: int) -> SimpleNamespace:

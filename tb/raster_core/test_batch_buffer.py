@@ -118,7 +118,7 @@ class Bench:
 
 
 @cocotb.test(timeout_time=2_000_000, timeout_unit="step")
-@cocotb.parametrize(stall=STALLS, lengths=[[0, 1, 2, 0, 0, 3], [256, 40, 0, 513]])
+@cocotb.parametrize(stall=STALLS, lengths=[[0, 1, 2, 0, 0, 3], [256, 100, 0, 513, 207]])
 async def test_every_entry_comes_back_fresh(dut, stall, lengths):
     start_clock(dut)
     bench = Bench(dut, lengths, stall)

@@ -12,7 +12,7 @@ from golden.raster_core.candidate_matrix import BLOCK, words
 from golden.raster_core.group_tester import group_hits, tile_bits
 from golden.raster_core.hit_queue import MARK_DELAY
 from tb.lib.stream import cycle, reset, rng, start_clock
-from tb.raster_core.scenes import record_words, scene, walls
+from tb.raster_core.scenes import on_edges, record_words, scene, walls
 
 TOP = "gs_candidate_tester"
 SLOW = True
@@ -26,11 +26,17 @@ class Batch:
     """n entries in sorted order: slots, geometry, masks.
 
     kind: "scene", a share `density` of the groups not hit are candidates; "misses", the same, but nothing is hit;
-    "walls", everything is hit, and that share of the words are all candidates, the others none.
+    "walls", everything is hit, and that share of the words are all candidates, the others none; "edges", pairs whose
+    hits one code changes.
     """
 
     def __init__(self, n: int, kind: str, density: float, last: bool, x0: int, y0: int, random) -> None:
-        features = walls(n) if kind == "walls" else scene(n, *SIZE, seed=random.getrandbits(32), sigma=6.0)
+        if kind == "walls":
+            features = walls(n)
+        elif kind == "edges":
+            features = on_edges(n, *SIZE, (x0, y0))
+        else:
+            features = scene(n, *SIZE, seed=random.getrandbits(32), sigma=6.0)
         if kind == "misses":
             features.opacity[:] = (1 << BUILD.opacity_w) - 1
         self.n, self.last, self.x0, self.y0 = n, int(last), x0, y0
@@ -210,6 +216,11 @@ async def run(dut, lengths: list[int], density: float, patience: int, **more) ->
 @cocotb.parametrize(patience=[0, 20, 200], density=[0.0, 0.3])
 async def test_hits_and_cycles(dut, patience, density):
     await run(dut, [40, 0, 1, 0, 0, 16, 17, 100], density, patience, rests=True)
+
+
+@cocotb.test(**LIMIT)
+async def test_where_one_code_changes_the_hits(dut):
+    await run(dut, [256, 0], 0.0, 0, kind="edges")
 
 
 @cocotb.test(**LIMIT)

@@ -7,13 +7,13 @@ from golden import params
 from golden.formats import BUILD, record_fields, record_offsets
 from golden.raster_core import group_finder
 from tb.lib import pipe
-from tb.lib.footprints import gaussians
+from tb.lib.footprints import edges, gaussians
 from tb.lib.stream import reset, rng, start_clock
 
 TOP = "gs_group_finder"
 SLOW = True
 FIELDS = ("geometry", "x0", "y0")
-SIZES = [(1280, 704), (8191, 8191), (64, 64), (97, 33), (96, 32), (1, 1)]
+SIZES = [(1280, 704), (8191, 8191), (64, 64), (1000, 1000), (97, 33), (96, 32), (1, 1)]
 KINDS = ["mixed", "needle", "huge", "far", "small", "codes"]
 GAP = group_finder.INTERVAL - 1
 
@@ -49,15 +49,16 @@ def corner(generator) -> tuple:
     return row, (0, 0)
 
 
+def golden_mask(row, tile, size) -> int:
+    mean_x, mean_y, *footprint = (int(code) for code in row)
+    *chol, opacity = footprint
+    return group_finder.mask(BUILD, *chol, mean_x, mean_y, opacity, *(int(at) for at in tile), *size)
+
+
 def expected(beats, size) -> list[tuple[int, tuple[int]]]:
     """(cycle, mask) of each result."""
-    found = []
-    for cycle, beat in enumerate(beats):
-        if beat is not None:
-            (mean_x, mean_y, a, b, c, opacity), (x0, y0) = beat
-            codes = (int(code) for code in (a, b, c, mean_x, mean_y, opacity, x0, y0))
-            found.append((cycle + group_finder.LATENCY, (group_finder.mask(BUILD, *codes, *size),)))
-    return found
+    masks = [(cycle, golden_mask(*beat, size)) for cycle, beat in enumerate(beats) if beat is not None]
+    return [(cycle + group_finder.LATENCY, (mask,)) for cycle, mask in masks]
 
 
 async def check(dut, beats, size, generator) -> list[int]:
@@ -89,6 +90,17 @@ async def test_masks_are_those_of_the_golden_model(dut, kind):
     for seed, size in enumerate(SIZES):
         masks += await check(dut, spread(seen(kind, 250, seed, *size), iter(lambda: GAP, None)), size, generator)
     assert 0 in masks and len(set(masks)) > 5
+
+
+@cocotb.test()
+@cocotb.parametrize(kind=["mixed", "needle", "huge"])
+async def test_where_one_code_changes_the_mask(dut, kind):
+    generator = await bench(dut, "edges", kind)
+    size, tile = (1000, 1000), (704, 960)
+    rows = gaussians(500, 21, tile[0] + 28, tile[1] + 12, kind)[:, :6]
+    beats = [(row, tile) for row in edges(rows, lambda row: golden_mask(row, tile, size))]
+    assert len(beats) > 200
+    await check(dut, spread(beats, iter(lambda: GAP, None)), size, generator)
 
 
 @cocotb.test()

@@ -8,7 +8,7 @@ from golden import params
 from golden.formats import BUILD
 from golden.raster_core import group_tester
 from tb.lib.stream import cycle, reset, rng, start_clock
-from tb.raster_core.scenes import record_words, scene
+from tb.raster_core.scenes import on_edges, record_words, scene
 
 TOP = "gs_group_tester"
 SLOW = True
@@ -66,10 +66,10 @@ class Blender:
             dut.list_done.value = 0
 
 
-async def run(dut, lengths: list[int], patience: int, check_cycles: bool, far=(0, 0), sigma: float = 6.0) -> None:
+async def run(dut, lengths: list[int], patience: int, check_cycles: bool, far=(0, 0), features=None) -> None:
     """Batches of these lengths, offered back to back; the scene lies `far` pixels from the origin."""
     size = (SIZE[0] + far[0], SIZE[1] + far[1])
-    features = scene(sum(lengths), *SIZE, seed=patience, sigma=sigma)
+    features = features or scene(sum(lengths), *SIZE, seed=patience, sigma=6.0)
     features.mean += np.array(far) << BUILD.mean_f
     geometry = [word & (1 << BUILD.geometry_w) - 1 for word in record_words(features)]
     start_clock(dut)
@@ -133,14 +133,21 @@ async def run(dut, lengths: list[int], patience: int, check_cycles: bool, far=(0
 
 
 @cocotb.test()
-async def test_hits_and_lists(dut):
-    await run(dut, [40, 0, 1, 1, 25], patience=20, check_cycles=False)
+@cocotb.parametrize(patience=[20, 300])
+async def test_hits_and_lists(dut, patience):
+    await run(dut, [40, 0, 1, 1, 25], patience=patience, check_cycles=False)
 
 
 @cocotb.test()
 async def test_a_full_batch_of_large_ones_in_the_far_corner(dut):
     """Lists of up to 256; positions up to the end of their range."""
-    await run(dut, [params.CHUNK, 3], patience=1, check_cycles=False, far=(8000, 8064), sigma=60.0)
+    large = scene(params.CHUNK + 3, *SIZE, seed=1, sigma=60.0)
+    await run(dut, [params.CHUNK, 3], patience=1, check_cycles=False, far=(8000, 8000), features=large)
+
+
+@cocotb.test()
+async def test_where_one_code_changes_the_hits(dut):
+    await run(dut, [params.CHUNK], patience=1, check_cycles=False, features=on_edges(params.CHUNK, *SIZE, (0, 0)))
 
 
 @cocotb.test()

@@ -13,6 +13,7 @@ from tb.lib.stream import reset, rng, start_clock
 TOP = "gs_power_unit"
 SLOW = True
 ORIGIN = (640, 320)
+CORNER = (8184, 8184)  # of the last subtile
 FIELDS = ("mean_x", "mean_y", "a", "b", "c", "opacity", "x0", "y0")
 
 
@@ -54,8 +55,8 @@ async def check(dut, beats, gaps, generator) -> None:
     assert not expected
 
 
-def seen(kind: str, n: int, seed: int) -> list[tuple[int, ...]]:
-    return [(*(int(v) for v in row[:6]), *ORIGIN) for row in gaussians(n, seed, *ORIGIN, kind)]
+def seen(kind: str, n: int, seed: int, origin: tuple[int, int] = ORIGIN) -> list[tuple[int, ...]]:
+    return [(*(int(v) for v in row[:6]), *origin) for row in gaussians(n, seed, *origin, kind)]
 
 
 @cocotb.test()
@@ -64,7 +65,8 @@ async def test_all_pixels_back_to_back(dut, kind):
     start_clock(dut)
     dut.in_valid.value = 0
     await reset(dut)
-    await check(dut, seen(kind, 300, seed=11), [0] * 300, rng("power", kind))
+    beats = seen(kind, 300, seed=11) + seen(kind, 700 if kind == "mixed" else 100, seed=13, origin=CORNER)
+    await check(dut, beats, [0] * len(beats), rng("power", kind))
 
 
 def next_to_saturation() -> list[tuple[int, ...]]:

@@ -22,6 +22,26 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "tables of more than 8 million entries; `capacity` ends at one million",
         ),
     ],
+    "gs_axi_block_writer": [
+        (
+            "if (take) count <= count_d",
+            "procmux.B[14]",
+            "lists of 16,384 entries and more: the bench writes 1,030 at most",
+        ),
+    ],
+    "gs_batch_buffer": [
+        ("always @(posedge clk) begin", "held_x[1]", "a tile's origin is a multiple of its side"),
+        (
+            "wire [SLOT_W:0] to_slot",
+            "to_slot[6]",
+            "inverted behind 256 records of a batch that is not closed: it is before",
+        ),
+        (
+            "written[out_bank]",
+            "inv at or.Y[0]",
+            "bank 0 is free when bank 1 is written: costs cycles, which the bench of gs_raster_core counts",
+        ),
+    ],
     "gs_block_buffer": [
         (
             "assign out_valid = leaving",
@@ -34,6 +54,22 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "wire [SUM_W-1:0]     in_sum",
             "sub.B[5]",
             "below the binary point the minuend is all ones: no borrow leaves it, and these bits are dropped",
+        ),
+    ],
+    "gs_candidate_tester": [
+        ("always @(posedge clk) begin", "r2_y[1]", "a group's first row is a multiple of 8"),
+    ],
+    "gs_group_tester": [
+        ("if (start) list_used", "or.A[0]", "group 1 starts right behind group 0, whose list is still in use"),
+        ("list_ram (", "list_en[2]", "reads in more cycles; what is read when it is asked for is the same"),
+        ("assign test_issued", "logic_not.A[0]", "a batch without entries starts no group, so that none runs"),
+        ("if (run) slot <=", "procmux.A[4]", "slot is 0 while no group runs"),
+    ],
+    "gs_power_unit": [
+        (
+            "always @(posedge clk) begin",
+            "s5_opacity[12]",
+            "it is inverted in each of the four cycles that a Gaussian waits: even",
         ),
     ],
     "gs_sort_sequencer": [
