@@ -58,6 +58,11 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
     ],
     "gs_candidate_tester": [
         ("always @(posedge clk) begin", "r2_y[1]", "a group's first row is a multiple of 8"),
+        (
+            "if (rst) begin",
+            "procmux.Y[9]",
+            "512 tests under way: a list has 256 at most, its results follow in ten cycles",
+        ),
     ],
     "gs_group_tester": [
         ("if (start) list_used", "or.A[0]", "group 1 starts right behind group 0, whose list is still in use"),
