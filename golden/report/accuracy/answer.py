@@ -6,6 +6,7 @@ import math
 
 from golden.report.accuracy.plan import CHANNELS, GRID, REFERENCE
 from golden.report.accuracy.rows import PARTS, cheapest, front
+from golden.report.accuracy.rows import text as cell
 
 DECIBELS = (40, 50, 60, 70)
 SAME_DB, SAME_TIME = 0.5, 0.02  # a knob that changes less does not matter: dB; share of time and of bytes
@@ -38,7 +39,7 @@ def _line(row: dict) -> list[str]:
     return [
         name(row), _db(row["psnr_min_db"]), _db(row["psnr_mean_db"]), _number(row["max_lsb"]),
         _number(row["percent_above_1_lsb"]), _number(row["ms_p50"]), _number(row["ms_p99"]), _number(row["ms_first"]),
-        _number(row["mb"]), _number(row["area_mm2"]) if row["area_mm2"] else "",
+        _number(row["mb"]), cell(row["area_mm2"]) and _number(row["area_mm2"]),
     ]  # fmt: skip
 
 
