@@ -28,7 +28,7 @@ class Bench:
         dut, random = self.dut, self.random
         push = random.random() < self.rates[0] and waiting < self.queue and count < self.chunk and lists_left > 0
         close = random.random() < self.rates[1] and marks < self.marks and lists_left > 0
-        close = close or (count + push == self.chunk and marks < self.marks)
+        close = close or (count + push == self.chunk and marks < self.marks and random.random() < 0.5)
         slot = random.randrange(self.chunk) if push else None
         kind = (random.randrange(2), random.randrange(2)) if close else None
         dut.push_valid.value, dut.close.value = int(push), int(close)

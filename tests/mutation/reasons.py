@@ -64,6 +64,17 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "512 tests under way: a list has 256 at most, its results follow in ten cycles",
         ),
     ],
+    "gs_group_finder": [
+        (
+            "always @(posedge clk) begin",
+            "s3_halves[1]",
+            "a tile's first column of groups begins inside the picture, as the tile does",
+        ),
+        ("always @(posedge clk) begin", "s1_halves[0]", "the same"),
+        ("s5_du  <= near", "logic_not.A[0]", "the same"),
+        ("if (go[4]) begin", "cnot0 at procmux.B[1]", "the same"),
+        ("s5_limit <= s3_bound", "s5_limit[1]", "inverted where the limit is below 0: nothing is hit either way"),
+    ],
     "gs_group_tester": [
         ("if (start) list_used", "or.A[0]", "group 1 starts right behind group 0, whose list is still in use"),
         ("list_ram (", "list_en[2]", "reads in more cycles; what is read when it is asked for is the same"),
