@@ -37,8 +37,9 @@ proven to be the unit, whatever the parts answer, from any state or in all state
 
 
 def load() -> dict[str, dict]:
-    """{"mutants": {unit: {killed, hung, equivalent, alive, seconds, survivors}}, "coverage": {module: ...}}."""
-    return json.loads(DATA.read_text()) if DATA.exists() else {"mutants": {}, "coverage": {}}
+    """{"mutants": {unit: {killed, hung, equivalent, alive, seconds, survivors}}, "coverage": {module: ...}, "left_out":
+    units whose bench the coverage is without}."""
+    return json.loads(DATA.read_text()) if DATA.exists() else {"mutants": {}, "coverage": {}, "left_out": []}
 
 
 def save(data: dict[str, dict]) -> None:
@@ -114,6 +115,8 @@ def text(data: dict[str, dict]) -> str:
     lines += [*table(("where", "source", "change", "why no test fails"), survivors), "", "## Coverage", ""]
     lines += ["`make coverage`: Verilator's points over the first build of each bench, with two pairs of stalls:"]
     lines += ["blocks and branches, and for each bit of each signal both directions.", ""]
+    if data["left_out"]:
+        lines += [f"Benches that have not run for it: {', '.join(data['left_out'])}.", ""]
     lines += [*table(("module", "branches", "taken", "edges", "seen"), covered), "", "### Never taken", ""]
     return "\n".join([*lines, *table(("where", "source", "branch", "why"), missed), ""])
 
