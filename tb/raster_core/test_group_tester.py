@@ -37,6 +37,10 @@ class Blender:
         dut.list_en.value = 0
         cocotb.start_soon(self.run())
 
+    def counts(self) -> list[int]:
+        word = int(self.dut.list_count.value)
+        return [word >> s * (SLOT_W + 1) & 2 * params.CHUNK - 1 for s in range(4)]
+
     async def run(self) -> None:
         dut, edge = self.dut, RisingEdge(self.dut.clk)
         while True:
@@ -44,7 +48,7 @@ class Blender:
             if dut.rst.value or not dut.list_valid.value:
                 continue
             self.shown.append(cycle())
-            counts = [int(dut.list_count.value) >> s * (SLOT_W + 1) & 2 * params.CHUNK - 1 for s in range(4)]
+            counts = self.counts()
             lists: list = [[] for _ in range(4)]
             if self.patience:
                 for pos in range(max(counts, default=0)):
@@ -59,6 +63,8 @@ class Blender:
                             lists[s].append(int(slots[s * SLOT_W + SLOT_W - 1 : s * SLOT_W]))
                 for _ in range(self.random.randrange(self.patience)):
                     await edge
+                    assert dut.list_valid.value == 1
+                assert counts == self.counts()
                 self.lists.append(lists)
             dut.list_done.value = 1
             await edge

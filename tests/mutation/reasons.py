@@ -81,6 +81,16 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
         ("assign test_issued", "logic_not.A[0]", "a batch without entries starts no group, so that none runs"),
         ("if (run) slot <=", "procmux.A[4]", "slot is 0 while no group runs"),
     ],
+    "gs_late_sorter": [
+        (
+            "s1_out_bank  <= out_bank",
+            "procmux.S[0]",
+            "the word is taken in the cycle behind out_en: later ones do not matter",
+        ),
+    ],
+    "gs_pixel_blender": [
+        ("times_t = ", "or.Y[5]", "of the lowest digit: seen where a product is within 2^-11 of a half, and none is"),
+    ],
     "gs_power_unit": [
         (
             "always @(posedge clk) begin",
