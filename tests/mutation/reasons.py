@@ -82,6 +82,8 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
         ("if (run) slot <=", "procmux.A[4]", "slot is 0 while no group runs"),
     ],
     "gs_late_sorter": [
+        ("index_ram (", "wr_data[2]", "an index is written twice, unsorted and sorted: inverted twice"),
+        ("index_ram (", "rd_data[2]", "an index is read twice, to be sorted and to go out: inverted twice"),
         (
             "s1_out_bank  <= out_bank",
             "procmux.S[0]",
