@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from golden.report.accuracy.area import SLICES
-from golden.report.reproduce.paper import COUNT, TABLE4
+from golden.report.reproduce.figures import silicon
+from golden.report.reproduce.paper import TABLE4
 from golden.timing import simulate
 from golden.timing.simulate import CLOCK
 from synth import results
@@ -23,19 +23,19 @@ DRAM = 8.0  # pJ a bit of LPDDR4, interface included: what hwcomponents-cacti ch
 
 @dataclass(frozen=True)
 class Part:
-    """`count` units, busy as the share `busy` of the timing model says."""
+    """Units of a kind, busy as the share `busy` of the timing model says."""
 
     what: str
     module: str
-    count: int
     busy: str
 
 
 PARTS = (
-    Part("sorting cores", "gs_sorting_core", COUNT, "sorting cores"),
-    Part("tests", "gs_group_test_unit", SLICES, "intersection test units"),
-    Part("SCUs", "gs_subtile_compute_unit", COUNT, "subtile compute units"),
+    Part("sorting cores", "gs_sorting_core", "sorting cores"),
+    Part("tests", "gs_group_test_unit", "intersection test units"),
+    Part("SCUs", "gs_subtile_compute_unit", "subtile compute units"),
 )
+COUNTS = {part.module: part.count for part in silicon.PARTS.values()}
 
 
 def frame(run: dict, power: dict[str, dict], size: tuple[int, int]) -> dict:
@@ -48,7 +48,7 @@ def frame(run: dict, power: dict[str, dict], size: tuple[int, int]) -> dict:
         unit = power[part.module]
         idle, busy = unit["0"]["idle_mw"], unit["0"]["busy_mw"]
         share = run["utilisation"][part.busy]
-        found[part.what] = part.count * (idle + share * (busy - idle) + share * unit["memory_mw"]) * seconds
+        found[part.what] = COUNTS[part.module] * (idle + share * (busy - idle) + share * unit["memory_mw"]) * seconds
     found["preprocessing"] = TABLE4["Preprocessing Engine"][1] * run["utilisation"]["preprocessing units"] * seconds
     found["DRAM"] = moved * 8 * DRAM * 1e-9
     total = sum(found.values())
