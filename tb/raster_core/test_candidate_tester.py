@@ -26,8 +26,8 @@ class Batch:
     """n entries in sorted order: slots, geometry, masks.
 
     kind: "scene", a share `density` of the groups not hit are candidates; "misses", the same, but nothing is hit;
-    "walls", everything is hit, and that share of the words are all candidates, the others none; "edges", pairs whose
-    hits one code changes.
+    "walls", everything is hit, and that share of the words are all candidates, the others none; "edges", their
+    hits change with one code.
     """
 
     def __init__(self, n: int, kind: str, density: float, last: bool, x0: int, y0: int, random) -> None:

@@ -50,8 +50,7 @@ def corner(generator) -> tuple:
 
 
 def golden_mask(row, tile, size) -> int:
-    mean_x, mean_y, *footprint = (int(code) for code in row)
-    *chol, opacity = footprint
+    mean_x, mean_y, *chol, opacity = (int(code) for code in row)
     return group_finder.mask(BUILD, *chol, mean_x, mean_y, opacity, *(int(at) for at in tile), *size)
 
 
