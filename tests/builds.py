@@ -18,6 +18,9 @@ from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
+from cocotb_tools.check_results import get_results
+from cocotb_tools.runner import Verilator, get_runner
+
 from golden import formats, params, toolchain
 from golden.errors import InputError
 
@@ -29,6 +32,8 @@ BUILD_ARGS = {
     "verilator": ["-Wall", "-O3", "--x-assign", "unique", "--x-initial", "unique"],
     "icarus": ["-g2005", "-Wall"],
 }
+# loops are of buses' bits, synth/timing.py finds real ones; the compiler takes long for long functions
+NETLIST_ARGS = ["-Wno-UNOPTFLAT", "--output-split-cfuncs", "200"]
 COVERAGE_ARGS = ["--coverage-line", "--coverage-toggle"]
 RUNTIME = ("verilated.o", "verilated_dpi.o", "verilated_vpi.o", "verilated_threads.o")  # the same in every build
 
@@ -149,28 +154,43 @@ class Runtime:
             shutil.rmtree(partial, ignore_errors=True)
 
 
+class Quiet(Verilator):
+    """cocotb's runner; a bench sees what `visible` names instead of every signal, the rest is optimised."""
+
+    def _build_command(self):
+        return [[word for word in command if word != "--public-flat-rw"] for command in super()._build_command()]
+
+
+def visible(top: str, folder: Path) -> Path:
+    """Settings that show a bench the signals of the module that it drives."""
+    path, text = folder / "visible.vlt", f'`verilator_config\npublic_flat_rw -module "{top}" -var "*"\n'
+    if not path.exists():  # a file written again is a build again
+        path.write_text(text)
+    return path
+
+
 def run(bench: Bench, simulator: str = "verilator", test: str | None = None, waves: bool = False, log: bool = True):
     """Build and simulate; raises AssertionError with the end of the log when a test fails or none ran."""
-    from cocotb_tools.check_results import get_results
-    from cocotb_tools.runner import get_runner
-
     os.environ.update(toolchain.environment())
     folder = bench.folder(simulator)
     folder.mkdir(parents=True, exist_ok=True)
     results = folder / "results.xml"
     results.unlink(missing_ok=True)
     log_file = folder / "log.txt" if log else None
+    files = list(bench.files or sources(bench.top))
     runner = get_runner(simulator)
+    if simulator == "verilator":
+        runner, files = Quiet(), [visible(bench.top, folder), *files]
     failed = None
     try:
         build_args = [*BUILD_ARGS[simulator], *(COVERAGE_ARGS if bench.coverage else [])]
-        if bench.files and simulator == "verilator":  # it sees loops in netlists; synth/timing.py finds real ones
-            build_args.append("-Wno-UNOPTFLAT")
+        if bench.files:
+            build_args += NETLIST_ARGS
         runtime = Runtime(bench.coverage) if simulator == "verilator" and not waves else None
         if runtime:
             build_args += runtime.args()
         runner.build(
-            sources=bench.files or sources(bench.top),
+            sources=files,
             hdl_toplevel=bench.top,
             includes=includes(bench.setting),
             parameters=bench.parameters,
