@@ -33,6 +33,17 @@ def test_only_a_mutant_that_changes_nothing_is_equivalent(skid):
     assert equivalent.prove(skid, other) == ""
 
 
+def test_a_mutant_at_an_input_that_the_part_ignores_is_equivalent(monkeypatch, request):
+    monkeypatch.setattr(netlist, "RESULTS", netlist.RESULTS / request.node.name)
+    lane = netlist.units()["gs_sort_lane"]
+    lane.folder.mkdir(parents=True, exist_ok=True)
+    mutants = {one.wire: one for one in netlist.draw(lane, 5000) if (one.mode, one.cell) == ("inv", "reader_a")}
+    for wire, same in (("m_axi_a_rlast[0]", True), ("m_axi_a_rresp[1]", False)):
+        ports, _ = equivalent.open_pair(lane, mutants[wire], lane.folder, parts=True)
+        (lane.folder / "product.v").write_text(equivalent.product(ports, {}, states=False))
+        assert equivalent.decide(lane.folder) is same, wire
+
+
 def test_the_list_of_mutants_is_the_same_each_time(skid):
     skid.folder.mkdir(parents=True, exist_ok=True)
     assert netlist.draw(skid, 20) == netlist.draw(skid, 20)

@@ -44,7 +44,7 @@ def main() -> int:
                 print(f"{work[one].module}: {error}", file=sys.stderr, flush=True)
     data = page.load()
     if args.coverage and not args.unit and not failed:  # a module is covered by the benches of all that contain it
-        page.save(data | {"coverage": coverage.collect(chosen), "left_out": []})
+        page.save(data | {"coverage": coverage.collect(chosen)})
     problems = page.problems(page.load())
     for problem in problems:
         print(problem, file=sys.stderr)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from tests import formal
+from tests import builds, formal
 from tests.builds import ROOT
 from tests.mutation.netlist import Mutant, Unit
 
@@ -73,32 +73,54 @@ def product(ports: dict[str, dict], registers: dict[str, str], states: bool) -> 
         lines.append(f"{side} {side} ({', '.join(pins)});")
     guard = guards(ports) if states else {}
     counts = {name: f" && gold_{enable}" for name, enable in guard.items()}
-    different = " || ".join(f"gold_{name} != gate_{name}{counts.get(name, '')}" for name in shown)
-    lines += [f"assign differs = ({different}){' && !first && !second' if states else ''};", "endmodule", ""]
+    different = ", ".join(f"gold_{name} != gate_{name}{counts.get(name, '')}" for name in shown)
+    lines += [f"assign differs = |{{{different}}}{' && !first && !second' if states else ''};", "endmodule", ""]
     return "\n".join(lines)
 
 
 def prove(unit: Unit, mutant: Mutant) -> str:
-    """How it was proven ("any state" or "reachable states"), or nothing."""
+    """How it was proven ("any state", "reachable states" or "any state, with its parts"), or nothing."""
     folder = unit.folder / "equivalent" / str(mutant.number)
     folder.mkdir(parents=True, exist_ok=True)
+    for parts, ways in (
+        (False, ((False, "any state"), (True, "reachable states"))),
+        (True, ((False, "any state, with its parts"),)),
+    ):
+        ports, registers = open_pair(unit, mutant, folder, parts)
+        for states, said in ways if ports else ():
+            if states and not registers:
+                continue
+            (folder / "product.v").write_text(product(ports, registers, states))
+            if decide(folder):
+                return said
+    return ""
+
+
+def open_pair(unit: Unit, mutant: Mutant, folder: Path, parts: bool) -> tuple[dict, dict[str, str]]:
+    """Unit and mutant as `opened` gives them, in open.json; parts: with what lies below them, down to the memories."""
     place = folder.relative_to(ROOT)
     change = mutant.command.replace(f"-module {unit.module} ", "-module gate ")
-    script = [f"read_rtlil {unit.folder.relative_to(ROOT)}/unit.il", f"rename {unit.module} gold", "copy gold gate"]
-    script += [change, "memory_map", "dffunmap", f"write_json {place}/pair.json"]
+    script = [
+        f"read_rtlil {unit.folder.relative_to(ROOT)}/unit.il",
+        f"rename {unit.module} gold",
+        "copy gold gate",
+        change,
+    ]
+    if parts:
+        inside = [path for path in builds.sources(unit.module) if path.stem not in (unit.module, "gs_ram")]
+        script += [f"delete ={path.stem}" for path in inside]
+        script += [f"read_verilog -Irtl {path.relative_to(ROOT)}" for path in inside]
+        script += ["setattr -mod -unset top *", "hierarchy -check", "proc", "opt_expr", "flatten", "opt_clean"]
+    script += ["memory_map", "dffunmap", f"write_json {place}/pair.json"]
     (folder / "pair.json").unlink(missing_ok=True)
     done = formal.yosys(folder, script)
     if done.returncode or not (folder / "pair.json").exists():
-        return ""
+        return {}, {}
     pair = json.loads((folder / "pair.json").read_text())["modules"]
     gold, registers = opened(pair["gold"])
     gate, _ = opened(pair["gate"])
     (folder / "open.json").write_text(json.dumps({"modules": {"gold": gold, "gate": gate}}))
-    for states, said in ((False, "any state"), (True, "reachable states"))[: 1 + bool(registers)]:
-        (folder / "product.v").write_text(product(gold["ports"], registers, states))
-        if decide(folder):
-            return said
-    return ""
+    return gold["ports"], registers
 
 
 def decide(folder: Path) -> bool:
@@ -115,7 +137,8 @@ def decide(folder: Path) -> bool:
         "hierarchy -check -top product",
         "proc",
     ]
-    script += ["flatten", "opt -full", "setundef -undriven -zero", "techmap", "opt", "dffunmap", "aigmap", "opt_clean"]
+    script += ["flatten", "opt -full", "setundef -undriven -zero", "techmap", "opt", "setundef -zero"]
+    script += ["dffunmap", "aigmap", "opt_clean"]
     script += [f"write_aiger -zinit {place}/proof.aig", "design -reset", f"read_verilog {place}/one.v", "simplemap"]
     formal.yosys(folder, [*script, f"abc -script {place}/abc.txt"], SECONDS)  # fails at the end: ABC hands nothing back
     model = folder / "proof.aig"

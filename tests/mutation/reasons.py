@@ -49,6 +49,63 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "a block leaves a cycle behind its end at the earliest, when its first entry waits in the memory's output",
         ),
     ],
+    "gs_late_buffer": [
+        ("bank_xy [0:2]", "blend_y[1]", "a tile's origin is a multiple of its side"),
+        ("geometry_slot <= test_slot", "procmux.A", "it counts in the one cycle behind its read only"),
+        (
+            "bank_xy[fill_bank] <= held_xy",
+            "procmux.A[6]",
+            "there Yosys is free to choose the address: it is none of the three",
+        ),
+        (
+            ".rd_en(out_go && out_bank == b)",
+            "logic_and.B[0]",
+            "reads in more cycles; what is read when it counts is the same",
+        ),
+    ],
+    "gs_subtile_blender": [
+        (
+            "gs_subtile_compute_unit scu (",
+            "sat_stored",
+            "without a subtile to store it stands at a tile's start, where nothing is done that could be called so",
+        ),
+    ],
+    "gs_sort_lane": [
+        ("gs_sort_sequencer #(", "job_scratch_addr[2]", "an address is a multiple of 8"),
+        ("gs_sort_sequencer #(", "b_cmd_n[14]", "incoming lists of more than 32,768 entries: the bench has 1,500"),
+        (
+            "gs_sort_sequencer #(",
+            "out_cmd_valid",
+            "the writer takes a command with a list's first entry: one has waited for it since before",
+        ),
+        (
+            "gs_sort_sequencer #(",
+            "a_cmd_ready",
+            "the reader is free, takes it and is busy: the sequencer goes on a cycle later",
+        ),
+        ("gs_sort_sequencer #(", "b_cmd_ready", "the reader is free whenever the sequencer has a command for it"),
+    ],
+    "gs_queue_blender": [
+        ("if (go_blend)  left", "sub.A[8]", "256 goes by way of 511 to 254: as many steps"),
+        ("gs_hit_queue #(", "mark_used", "asks for room that there is: the tester waits, nothing is lost"),
+        ("gs_subtile_compute_unit scu (", "trace_valid", "trace only, and its lanes are 0 then"),
+        (
+            "always @(posedge clk) begin",
+            "a2_store[0]",
+            "without a subtile a fresh one is stored where none is loaded: it is not read",
+        ),
+    ],
+    "gs_chunk_sorter": [
+        (
+            "wire [ADDR_W-1:0]  high = ",
+            "high[2]",
+            "a sorted run has eight entries at least: run_mask holds the bits 0 to 2",
+        ),
+    ],
+    "gs_subtile_compute_unit": [
+        ("s13_colours <= s9_what", "procmux.A", "they are taken on in the next cycle"),
+        ("if (s12_last) begin", "sat_group", "it counts with sat_valid only, a cycle behind s12_last"),
+    ],
     "gs_exp2_unit": [
         (
             "wire [SUM_W-1:0]     in_sum",
@@ -65,14 +122,6 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
         ),
     ],
     "gs_group_finder": [
-        (
-            "always @(posedge clk) begin",
-            "s3_halves[1]",
-            "a tile's first column of groups begins inside the picture, as the tile does",
-        ),
-        ("always @(posedge clk) begin", "s1_halves[0]", "the same"),
-        ("s5_du  <= near", "logic_not.A[0]", "the same"),
-        ("if (go[4]) begin", "cnot0 at procmux.B[1]", "the same"),
         ("s5_limit <= s3_bound", "s5_limit[1]", "inverted where the limit is below 0: nothing is hit either way"),
     ],
     "gs_group_tester": [
@@ -95,10 +144,12 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
     ],
     "gs_power_unit": [
         (
-            "always @(posedge clk) begin",
-            "s5_opacity[12]",
-            "it is inverted in each of the four cycles that a Gaussian waits: even",
+            "if (in_valid) begin",
+            "s1_a[17]",
+            "it is inverted in each cycle that it waits, and read in the second and the fourth",
         ),
+        ("always @(posedge clk) begin", "s5_a[7]", "the same: read in the fourth"),
+        ("always @(posedge clk) begin", "start_q[9]", "s9_live saves power only: what stands there is not looked at"),
     ],
     "gs_sort_sequencer": [
         (

@@ -64,7 +64,8 @@ def selector(handle):
     """The register of the netlist, which may lie below a wrapper."""
     if hasattr(handle, SELECT):
         return getattr(handle, SELECT)
-    return next(filter(None, (selector(child) for child in handle if isinstance(child, HierarchyObject))), None)
+    below = (selector(child) for child in handle if isinstance(child, HierarchyObject))
+    return next((found for found in below if found is not None), None)
 
 
 class Server:

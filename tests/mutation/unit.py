@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 from cocotb_tools.check_results import get_results
-from cocotb_tools.runner import Verilator
 
 from golden import compiled
 from tests import builds
@@ -19,13 +18,6 @@ from tests.mutation.netlist import Unit
 from tests.mutation.server import ALIVE
 
 EQUIVALENT = "equivalent"
-
-
-class Quiet(Verilator):
-    """cocotb's runner, without making every signal of the netlist visible."""
-
-    def _build_command(self):
-        return [[word for word in command if word != "--public-flat-rw"] for command in super()._build_command()]
 
 
 def stamp(unit: Unit, count: int) -> str:
@@ -49,7 +41,7 @@ def build(unit: Unit) -> None:
     settings.write_text(netlist.visible(unit))
     runtime = builds.Runtime()
     args = ["-O3", "-Wno-lint", "-Wno-style", "-Wno-UNOPTFLAT", "--x-assign", "unique", "--x-initial", "unique"]
-    Quiet().build(
+    builds.Quiet().build(
         sources=[settings, unit.folder / f"{unit.module}.v", *others],
         hdl_toplevel=unit.bench.top,
         includes=[ROOT / "rtl"],
@@ -65,7 +57,7 @@ def simulate(unit: Unit, mutants: int) -> dict:
     """The report of tests/mutation/server.py."""
     report, results = unit.folder / "report.json", unit.folder / "results.xml"
     report.unlink(missing_ok=True)
-    Quiet().test(
+    builds.Quiet().test(
         test_module=[unit.bench.bench, "tests.mutation.server"],
         hdl_toplevel=unit.bench.top,
         hdl_toplevel_lang="verilog",
@@ -78,7 +70,8 @@ def simulate(unit: Unit, mutants: int) -> dict:
             "MUTATION_BENCH": unit.bench.bench,
             "MUTATION_COUNT": str(mutants),
             "MUTATION_REPORT": str(report),
-            "NUMBA_NUM_THREADS": "1",  # threads do not survive a fork
+            "NUMBA_NUM_THREADS": "1",  # threads do not survive a fork,
+            "NUMBA_THREADING_LAYER": "workqueue",  # and the other layers refuse to run behind one
         },
         log_file=unit.folder / "log.txt",
     )
