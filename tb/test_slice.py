@@ -9,6 +9,7 @@ import random
 import cocotb
 import numpy as np
 from cocotbext.axi import AxiBus, AxiRam, AxiRamRead, AxiRamWrite, AxiReadBus, AxiWriteBus
+from cocotbext.axi.sparse_memory import SparseMemory
 
 from golden import dma, params, records
 from golden.formats import BUILD
@@ -21,14 +22,17 @@ TOP = "gs_slice_ports"
 SIMULATORS = ("verilator",)
 SLOW = True
 TILE = ("x", "y", "table_addr", "table_n", "in_addr", "in_n", "scratch_addr", "out_addr")
-WIDTH, HEIGHT, COUNT = 70, 66, 60
+FAR = (2752, 1344)  # pixel at which the tiles begin that are drawn
+SEEN = (250, 66)  # pixels of the picture from there on: two tiles a sort core
+WIDTH, HEIGHT = (at + n for at, n in zip(FAR, SEEN, strict=True))
+COUNT = 60
 BACKGROUND = (100, 512, 1023)
-FEATURES, PICTURE, STRIDE = 0x0, 0x8000, 320
-TABLES, REGION = 0x10000, 0x800  # a tile has four regions: table, incoming, scratch, out
-SIZE = 0x20000
+FEATURES, PICTURE, STRIDE = 0xAA55_0000, 0x1234_0000, 12_016
+TABLES, REGION = 0x2AAA_AA00, 0x5555_5800  # a tile has four regions: table, incoming, scratch, out
+SIZE = 1 << 32
 
 
-def ports(dut, memory: bytearray, stalls: bool) -> None:
+def ports(dut, memory: SparseMemory, stalls: bool) -> None:
     """A memory behind every master; with stalls all channels pause at random."""
     both = [f"sort{c}" for c in range(params.SORT_CORES)] + ["table"]
     reads = [f"insert{c}" for c in range(params.SORT_CORES)] + ["feature"]
@@ -57,14 +61,14 @@ def ports(dut, memory: bytearray, stalls: bool) -> None:
 
 
 def place(tile: int, region: int) -> int:
-    return TABLES + (4 * tile + region) * REGION
+    return (TABLES + region * REGION + 0x1000 * tile) % SIZE
 
 
-def put(memory: bytearray, at: int, words: np.ndarray) -> None:
+def put(memory: SparseMemory, at: int, words: np.ndarray) -> None:
     memory[at : at + BUILD.entry_bytes * len(words)] = records.entry_bytes(BUILD, words).tobytes()
 
 
-def get(memory: bytearray, at: int, n: int) -> np.ndarray:
+def get(memory: SparseMemory, at: int, n: int) -> np.ndarray:
     return records.entries_from_bytes(BUILD, np.frombuffer(bytes(memory[at : at + BUILD.entry_bytes * n]), np.uint8))
 
 
@@ -78,7 +82,7 @@ async def test_two_frames_equal_golden(dut, stalls):
     random.seed(SEED)
     logging.getLogger("cocotb.gs_slice_ports").setLevel(logging.WARNING)
     start_clock(dut)
-    memory = bytearray(SIZE)
+    memory = SparseMemory(SIZE)
     ports(dut, memory, stalls)
     stall = "random" if stalls else "none"
     tile, done = Source(dut, "tile", TILE, stall=stall), Sink(dut, "done", ("n",), stall=stall)
@@ -89,8 +93,9 @@ async def test_two_frames_equal_golden(dut, stalls):
     dut.cfg_feature_addr.value, dut.cfg_frame_addr.value, dut.cfg_frame_stride.value = FEATURES, PICTURE, STRIDE
     await reset(dut)
 
-    features = scene(COUNT, WIDTH, HEIGHT, seed=SEED)
-    origins = tiles(WIDTH, HEIGHT)
+    features = scene(COUNT, *SEEN, seed=SEED)
+    features.mean += np.array(FAR) << BUILD.mean_f
+    origins = tiles(*SEEN) + FAR
     empty = np.zeros(0, np.int64)
     table = [empty] * len(origins)
     incoming = [records.entries(features.key, np.arange(COUNT))[t:] for t in range(len(origins))]
@@ -112,9 +117,14 @@ async def test_two_frames_equal_golden(dut, stalls):
         assert lengths == [len(words) for words in order]
         table = [get(memory, place(t, 3), n) for t, n in enumerate(lengths)]
         assert np.array_equal(np.concatenate(table), want.words_out)
-        rows = np.frombuffer(bytes(memory[PICTURE : PICTURE + STRIDE * HEIGHT]), np.uint8).reshape(HEIGHT, STRIDE)
-        assert np.array_equal(rows[:, : 4 * WIDTH].reshape(HEIGHT, WIDTH, 4)[:, :, :3], want.rgb8)
-        assert not rows[:, 4 * WIDTH :].any(), "pixels outside of the picture were written"
+        rows = [
+            bytes(memory[at : at + STRIDE])
+            for at in range(PICTURE + FAR[1] * STRIDE, PICTURE + HEIGHT * STRIDE, STRIDE)
+        ]
+        words = np.frombuffer(b"".join(rows), np.uint8).reshape(SEEN[1], STRIDE // 4, 4)
+        seen = slice(FAR[0], WIDTH)
+        assert np.array_equal(words[:, seen, :3], want.rgb8[FAR[1] :, seen])
+        assert not np.delete(words, seen, axis=1).any(), "pixels outside of the picture were written"
         assert dut.error.value == 0
         if not stalls:
             bound = frame_times(BUILD, jobs, join(order), want, origins, WIDTH, HEIGHT, dma.Latency(1, 1)).cycles

@@ -186,11 +186,11 @@ async def test_reset_in_flight_forgets_the_list(dut):
 @cocotb.test()
 async def test_an_error_answer_is_kept(dut):
     port, _memory, cmd, source, sink = await bench(dut)
-    port.answer = 2
+    port.answer["b"] = 2
     for at, words in lists("error", lengths=(4, 4)):
         cmd.send([(at,)])
         source.send(blocks(hardware(BUILD, words)))
         await sink.wait(1)
-        port.answer = 0
+        port.answer["b"] = 0
     await sink.wait(2)
     assert dut.error.value == 1

@@ -125,10 +125,10 @@ async def test_reset_in_flight_forgets_the_table(dut):
 @cocotb.test()
 async def test_an_error_answer_is_kept(dut):
     port, result, cmd, sink = await bench(dut)
-    port.answer = 2
+    port.answer["r"] = 2
     cmd.send([(result[1][0], 1)])
     await sink.wait(2)
-    port.answer = 0
+    port.answer["r"] = 0
     cmd.send([(result[2][0], 2)])
     await sink.wait(5)
     assert dut.error.value == 1

@@ -150,7 +150,7 @@ async def test_reset_in_flight_forgets_the_tile(dut):
 @cocotb.test()
 async def test_an_error_answer_is_kept(dut):
     port, _memory, cmd, source, sink = await bench(dut)
-    port.answer = 2
+    port.answer["b"] = 2
     cmd.send([(0, 0)])
     source.send(beats(PICTURES[0], 0, 0, rng("error"), bytearray(SIZE)))
     await sink.wait(1)

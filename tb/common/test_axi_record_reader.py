@@ -102,10 +102,10 @@ async def test_reset_in_flight_forgets_all_records(dut):
 @cocotb.test()
 async def test_an_error_answer_is_kept(dut):
     _, _, port, source, sink = await bench(dut)
-    port.answer = 3
+    port.answer["r"] = 3
     source.send([(1,)])
     await sink.wait(1)
-    port.answer = 0
+    port.answer["r"] = 0
     source.send([(2,)])
     await sink.wait(2)
     assert dut.error.value == 1

@@ -57,7 +57,7 @@ class AxiMemory:
         self.w_cycles: list[int] = []
         self.r_cycles: list[int] = []
         self.answered = 0  # written bursts whose B is known
-        self.answer = 0  # rresp and bresp of what is answered from now on
+        self.answer = {"r": 0, "b": 0}  # rresp and bresp of what is answered from now on
         self._r: deque = deque()  # (first cycle, data, last)
         self._w: deque = deque()  # beats that no burst has claimed: (cycle, data, strb, last)
         self._open: deque = deque()  # bursts without all their beats: [cycle, address, beats]
@@ -114,7 +114,7 @@ class AxiMemory:
             self.signal("rvalid").value = 1
             self.signal("rdata").value = self._r[0][1]
             self.signal("rlast").value = self._r[0][2]
-            self.signal("rresp").value = self.answer
+            self.signal("rresp").value = self.answer["r"]
         self._ready("ar")
 
     def _write(self, now: int) -> None:
@@ -145,7 +145,7 @@ class AxiMemory:
         if not self._offered_b and self._b and self._b[0] <= now + 1 and next(self.go["b"]):
             self._offered_b = True
             self.signal("bvalid").value = 1
-            self.signal("bresp").value = self.answer
+            self.signal("bresp").value = self.answer["b"]
         self._ready("aw")
         self._ready("w")
 

@@ -7,6 +7,7 @@ from cocotb.triggers import RisingEdge
 from golden import params, records
 from golden.formats import BUILD
 from golden.raster_core import batch_buffer
+from tb.lib.lists import send_apart
 from tb.lib.stream import STALLS, Monitor, Sink, Source, cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene
 
@@ -22,6 +23,7 @@ class Bench:
 
     def __init__(self, dut, lengths: list[int], seed: str) -> None:
         self.dut, self.random, self.edge = dut, rng("buffer", seed), RisingEdge(dut.clk)
+        self.lengths = lengths
         n = sum(lengths) + 1
         features = scene(n, 64, 64)
         self.records = record_words(features)
@@ -117,12 +119,9 @@ class Bench:
             dut.blend_done.value = 0
 
 
-@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
-@cocotb.parametrize(stall=STALLS, lengths=[[0, 1, 2, 0, 0, 3], [256, 100, 0, 513, 207]])
-async def test_every_entry_comes_back_fresh(dut, stall, lengths):
+async def check(dut, bench: Bench, stall: str, patience: int, apart: bool = False) -> Sink:
+    """Everything comes back, in order."""
     start_clock(dut)
-    bench = Bench(dut, lengths, stall)
-    patience = 0 if stall == "none" else 300
     Source(dut, "tile", ("x", "y"), stall=stall).send(bench.tile_xy)
     entries = Source(dut, "entry", ("word", "last"), stall=stall)
     requests = Sink(dut, "feat_req", ("index",), stall=stall)
@@ -131,7 +130,11 @@ async def test_every_entry_comes_back_fresh(dut, stall, lengths):
     for name, fields in (("upd", ("word", "len", "last")), ("feat_req", ("index",))):
         Monitor(dut, name, fields)
     await reset(dut)
-    entries.send(bench.entries)
+    if apart:
+        blocks = [sum(max(1, n) for _, n in batch_buffer.batches(length)) for length in bench.lengths]
+        cocotb.start_soon(send_apart(entries, upd, bench.entries, blocks))
+    else:
+        entries.send(bench.entries)
     cocotb.start_soon(bench.records_come(requests, feat))
     tester = cocotb.start_soon(bench.test(patience))
     blender = cocotb.start_soon(bench.blend(patience))
@@ -144,6 +147,14 @@ async def test_every_entry_comes_back_fresh(dut, stall, lengths):
     assert len(upd.beats) == len(bench.want)
     for at, (got, want) in enumerate(zip(upd.beats, bench.want, strict=True)):
         assert got[1:] == want[1:] and want[0] in (None, got[0]), f"beat {at}: {got}, want {want}"
+    return upd
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+@cocotb.parametrize(stall=STALLS, lengths=[[0, 1, 2, 0, 0, 3], [256, 100, 0, 513, 207]])
+async def test_every_entry_comes_back_fresh(dut, stall, lengths):
+    bench = Bench(dut, lengths, stall)
+    upd = await check(dut, bench, stall, patience=0 if stall == "none" else 300)
     if stall == "none":  # a batch is written back from the second cycle behind its last hit on
         full = [len(indices) for _, indices, _, _ in bench.batches if indices]
         ends = np.cumsum([max(1, len(indices)) for _, indices, _, _ in bench.batches])
@@ -152,3 +163,8 @@ async def test_every_entry_comes_back_fresh(dut, stall, lengths):
             cycles = upd.cycles[end - n : end]
             first, last = batch_buffer.write_back(max(tested + 2, upd.cycles[end - n - 1] if end > n else 0), n)
             assert (cycles[0], cycles[-1]) == (first, last)
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+async def test_tiles_far_apart(dut):
+    await check(dut, Bench(dut, [3, 2, 130, 7, 1], "apart"), "none", patience=0, apart=True)

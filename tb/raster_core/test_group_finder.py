@@ -96,9 +96,9 @@ async def test_masks_are_those_of_the_golden_model(dut, kind):
 async def test_where_one_code_changes_the_mask(dut, kind):
     generator = await bench(dut, "edges", kind)
     size, tile = (1000, 1000), (704, 960)
-    rows = gaussians(500, 21, tile[0] + 28, tile[1] + 12, kind)[:, :6]
+    rows = gaussians(2000, 21, tile[0] + 28, tile[1] + 12, kind)[:, :6]
     beats = [(row, tile) for row in edges(rows, lambda row: golden_mask(row, tile, size))]
-    assert len(beats) > 200
+    assert len(beats) > 1000
     await check(dut, spread(beats, iter(lambda: GAP, None)), size, generator)
 
 
@@ -108,6 +108,17 @@ async def test_fields_at_the_ends_of_their_ranges(dut):
     beats = [corner(generator) for _ in range(1500)]
     masks = await check(dut, spread(beats, iter(lambda: GAP, None)), (64, 64), generator)
     assert 0 in masks and 0xFFFF in masks
+
+
+@cocotb.test()
+async def test_a_tile_outside_the_picture_has_no_groups(dut):
+    generator = await bench(dut, "outside")
+    everywhere = np.array([40_000, 40_000, 1, 0, 1, 0])
+    for tile in ((64, 0), (0, 64), (64, 64), (4096, 0)):
+        for size in ((64, 64), (33, 64), (1, 1)):
+            assert set(
+                await check(dut, spread([(everywhere, tile)] * 3, iter(lambda: GAP, None)), size, generator)
+            ) == {0}
 
 
 @cocotb.test()

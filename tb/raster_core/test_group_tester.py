@@ -8,7 +8,7 @@ from golden import params
 from golden.formats import BUILD
 from golden.raster_core import group_tester
 from tb.lib.stream import cycle, reset, rng, start_clock
-from tb.raster_core.scenes import on_edges, record_words, scene
+from tb.raster_core.scenes import on_edges, record_words, scene, walls
 
 TOP = "gs_group_tester"
 SLOW = True
@@ -149,6 +149,11 @@ async def test_a_full_batch_of_large_ones_in_the_far_corner(dut):
     """Lists of up to 256; positions up to the end of their range."""
     large = scene(params.CHUNK + 3, *SIZE, seed=1, sigma=60.0)
     await run(dut, [params.CHUNK, 3], patience=1, check_cycles=False, far=(8000, 8000), features=large)
+
+
+@cocotb.test()
+async def test_lists_as_long_as_they_get(dut):
+    await run(dut, [params.CHUNK], patience=3, check_cycles=False, features=walls(params.CHUNK))
 
 
 @cocotb.test()

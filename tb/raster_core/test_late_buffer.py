@@ -1,5 +1,7 @@
 """gs_late_buffer between sources, sinks, and a tester and blender made of random numbers."""
 
+from itertools import count
+
 import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
@@ -7,13 +9,16 @@ from cocotb.triggers import RisingEdge
 from golden import params, records
 from golden.formats import BUILD
 from golden.raster_core import candidate_matrix, group_finder, late_buffer, late_sorter
+from tb.lib.lists import send_apart
 from tb.lib.stream import STALLS, Monitor, Sink, Source, cycle, reset, rng, start_clock
 from tb.raster_core.scenes import record_words, scene
 
 TOP = "gs_late_buffer"
 SLOW = True
 C = params.CHUNK
-SIZE = 512  # of the picture
+SIZE = 512  # pixels that the Gaussians lie over
+CUT = (470, 500)  # where the picture ends: in the last tiles
+FAR = 7616  # where they begin but for `stall` none
 GEOMETRY_MASK = (1 << BUILD.geometry_w) - 1
 FEATURE_MASK = (1 << BUILD.geometry_w + 3 * BUILD.colour_w) - 1
 LATENCY = 9
@@ -22,11 +27,11 @@ LATENCY = 9
 class Batch:
     """What is in the buffer: slots in the order of arrival, everything else in the order of the fresh keys."""
 
-    def __init__(self, indices, features, hit, xy, last) -> None:
+    def __init__(self, indices, features, hit, xy, last, size) -> None:
         self.indices, self.hit, self.xy, self.last = indices, hit, xy, last
         self.order = late_sorter.order(records.entries(features.key[indices], indices))
         rows = np.column_stack([features.chol, features.mean, features.opacity])[indices[self.order]]
-        masks = [group_finder.mask(BUILD, *map(int, row), *xy, SIZE, SIZE) for row in rows]
+        masks = [group_finder.mask(BUILD, *map(int, row), *xy, *size) for row in rows]
         self.words = candidate_matrix.words(np.array(masks, np.int64))
 
 
@@ -36,13 +41,17 @@ class Bench:
     def __init__(self, dut, lengths: list[int], first: int, stall: str) -> None:
         self.dut, self.random, self.edge = dut, rng("late_buffer", stall), RisingEdge(dut.clk)
         self.patience = 0 if stall == "none" else 300
+        self.slow = 4 if stall == "random" else 1  # the blender: behind the tester by all the banks
         self.lengths, self.first, self.stall = lengths, first, stall
         n = sum(lengths) + 1
+        far = 0 if stall == "none" else FAR
+        self.size = tuple(far + end for end in CUT)
         features = scene(n, SIZE, SIZE, sigma=20.0)
+        features.mean += far << BUILD.mean_f
         features.key[: n // 2] &= 15  # many alike
         self.records = record_words(features)
         order = np.random.default_rng(len(lengths)).permutation(n)
-        self.tile_xy = [(64 * (t % 8), 64 * (t % 9)) for t in range(len(lengths))]
+        self.tile_xy = [(far + 64 * (t * 7 % 8), far + 64 * (t * 5 % 8)) for t in range(len(lengths))]
         self.batches: list[Batch] = []
         self.entries, self.want, self.requests = [], [], []
         begin = 0
@@ -52,7 +61,7 @@ class Bench:
             spans = late_buffer.batches(length, first)
             for at, m in spans:
                 part = slice(at, at + m)
-                self.batches.append(Batch(indices[part], features, hit[part], xy, (at, m) == spans[-1]))
+                self.batches.append(Batch(indices[part], features, hit[part], xy, (at, m) == spans[-1], self.size))
             self.want += late_buffer.blocks(BUILD, records.entries(features.key[indices], indices), hit, first)
             stale = self.random.getrandbits(BUILD.key_w)
             self.entries += [(stale << params.INDEX_W | int(index), 0) for index in indices] + [(None, 1)]
@@ -62,7 +71,7 @@ class Bench:
         self.issued: list[int] = []  # cycles of the pulses
         self.over: list[int] = []
         self.blended: list[int] = []
-        dut.cfg_width.value = dut.cfg_height.value = SIZE
+        dut.cfg_width.value, dut.cfg_height.value = self.size
         dut.cfg_first.value = first
         for name in ("test_issued", "hit_valid", "hits_over", "blend_done", "cand_en", "geometry_en", "feature_en"):
             getattr(dut, name).value = 0
@@ -152,7 +161,8 @@ class Bench:
             while len(self.over) <= number:
                 await self.edge
             await self.edge
-            await self.idle()
+            for _ in range(self.slow):
+                await self.idle()
             assert (int(dut.blend_x.value), int(dut.blend_y.value)) == batch.xy
             for _ in range(min(len(batch.indices), 10)):
                 slot = self.random.randrange(len(batch.indices))
@@ -180,24 +190,25 @@ class Bench:
                 number, came, beat = number + 1, came + n, beat + max(n, 1)
 
 
-@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
-@cocotb.parametrize(
-    stall=STALLS, first=[C, C // 2], lengths=[[0, 1, 2, 0, 0, 0, 0, 3, C // 2, 5], [C, 40, 0, 2 * C + 1]]
-)
-async def test_every_entry_comes_back_fresh_and_in_order(dut, stall, first, lengths):
-    start_clock(dut)
-    bench = Bench(dut, lengths, first, stall)
+async def check(dut, bench: Bench, stall: str, apart: bool = False, cycles: int = 3, go=None) -> None:
+    """Behind a reset of so many cycles everything comes back, in order. go(sink): may an entry come back?."""
     tiles = Source(dut, "tile", ("x", "y"), stall=stall)
     entries = Source(dut, "entry", ("word", "last"), stall=stall)
     requests = Sink(dut, "feat_req", ("index",), stall=stall)
     feat = Source(dut, "feat", ("record",), stall=stall)
     upd = Sink(dut, "upd", ("word", "len", "last"), stall=stall)
+    if go:
+        upd.go = (go(upd) for _ in count())
     for name, fields in (("upd", ("word", "len", "last")), ("feat_req", ("index",))):
         Monitor(dut, name, fields)
-    await reset(dut)
+    await reset(dut, cycles)
     origin = cycle() + 1
     tiles.send(bench.tile_xy)
-    entries.send(bench.entries)
+    if apart:
+        blocks = [sum(max(1, n) for _, n in late_buffer.batches(length, bench.first)) for length in bench.lengths]
+        cocotb.start_soon(send_apart(entries, upd, bench.entries, blocks))
+    else:
+        entries.send(bench.entries)
     cocotb.start_soon(bench.records_come(requests, feat))
     cocotb.start_soon(bench.watch())
     tester, blender = cocotb.start_soon(bench.test()), cocotb.start_soon(bench.blend())
@@ -210,5 +221,52 @@ async def test_every_entry_comes_back_fresh_and_in_order(dut, stall, first, leng
     assert len(upd.beats) == len(bench.want)
     for at, (got, want) in enumerate(zip(upd.beats, bench.want, strict=True)):
         assert got[1:] == want[1:] and want[0] in (None, got[0]), f"beat {at}: {got}, want {want}"
-    if stall == "none":
+    if stall == "none" and not apart and not go:
         bench.check_cycles(origin, tiles.cycles, requests.cycles, feat.cycles, upd.cycles)
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+@cocotb.parametrize(
+    stall=STALLS, first=[C, C // 2], lengths=[[0, 1, 2, 0, 0, 0, 0, 3, C // 2, 5], [C, 40, 0, 2 * C + 1]]
+)
+async def test_every_entry_comes_back_fresh_and_in_order(dut, stall, first, lengths):
+    start_clock(dut)
+    await check(dut, Bench(dut, lengths, first, stall), stall)
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+async def test_tiles_far_apart(dut):
+    start_clock(dut)
+    await check(dut, Bench(dut, [3, 0, 130, 7, 1, 9, 0], C, "none"), "none", apart=True)
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+@cocotb.parametrize(written=[0, 1, 2])
+async def test_all_banks_wait_for_the_write_back(dut, written):
+    """It stands still behind so many batches until the next three are blended."""
+    start_clock(dut)
+    lengths = [3, 2, 4, 7, 1, 5, 2, 6]
+    bench = Bench(dut, lengths, C, "none")
+    await check(
+        dut,
+        bench,
+        "none",
+        go=lambda upd: len(upd.beats) < sum(lengths[:written]) or len(bench.blended) >= written + late_buffer.BANKS,
+    )
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+async def test_a_reset_in_mid_flight_leaves_nothing_behind(dut):
+    """While a batch goes to the candidates in its order, for one cycle."""
+    noise, edge = rng("late_buffer noise"), RisingEdge(dut.clk)
+    start_clock(dut)
+    before = Bench(dut, [C], C, "none")
+    await reset(dut)
+    dut.tile_valid.value = dut.entry_valid.value = dut.feat_valid.value = 1
+    dut.tile_x.value = dut.tile_y.value = 64
+    dut.entry_last.value = 0
+    dut.feat_req_ready.value = dut.upd_ready.value = 1
+    while dut.order_valid.value == 0 or dut.order_slot.value == 0:
+        dut.entry_word.value, dut.feat_record.value = noise.getrandbits(BUILD.entry_w), noise.choice(before.records)
+        await edge
+    await check(dut, Bench(dut, [100, 0, 40, 1], C, "none"), "none", cycles=1)

@@ -20,7 +20,8 @@ from golden.scene import load
 from golden.settings import parse
 from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, start_clock
 from tb.raster_core.scenes import every_entry, record_words, scene, tiles, walls
-from tb.raster_core.test_raster_core import PX, UPD, Memory, Timed, expected_pixels, some, watch_trace
+from tb.raster_core.test_raster_core import PX, UPD, Memory, Timed, some
+from tb.raster_core.trace import Trace, expected_pixels
 
 TOP = "gs_late_core"
 SLOW = True
@@ -114,8 +115,7 @@ async def run(
     if not timed:
         for name, fields in (("upd", UPD), ("px", PX), ("feat_req", ("index",))):
             Monitor(dut, name, fields)
-    tests, values, blends = [], [], [0]
-    cocotb.start_soon(watch_trace(dut, tests, values, blends))
+    trace = Trace(dut)
     await reset(dut)
     origin = cycle()
 
@@ -136,16 +136,17 @@ async def run(
         await upd.edge
 
     assert memory.requests == [int(index) for index in records.indices_of(words)]
-    assert tests == want_tests
+    assert trace.tests == want_tests
     assert len(upd.beats) == len(want)
     for at, (got, wanted) in enumerate(zip(upd.beats, want, strict=True)):
         assert all(w is None or g == w for g, w in zip(got, wanted, strict=True)), f"upd {at}: {got}, want {wanted}"
     pixels = []
-    for (data, strobes, last), rgb in zip(px.beats, values, strict=True):
+    for (data, strobes, last), (rgb, done) in zip(px.beats, trace.beats, strict=True):
+        assert done == last
         data, rgb = pixel_resolver.live(BUILD, data, strobes, rgb)
         pixels.append((data, strobes, last, rgb))
     assert pixels == expected_pixels(result, tile_xy, *size)
-    assert blends[0] == result.blends.sum()
+    assert trace.blends == result.blends.sum()
     if timed:
         times = Times(result, offsets, features, tile_xy, size, first, origin, arrivals, latency)
         lengths = [max(1, n) for b, e in pairwise(offsets) for _, n in late_buffer.batches(e - b, first)]

@@ -147,3 +147,21 @@ async def test_each_batch_comes_in_order_and_in_time(dut, gap, first):
     origin = cycle()
     await bench.run()
     bench.check_cycles(origin)
+
+
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+async def test_a_reset_forgets_the_batches(dut):
+    """In the middle of a batch that goes out, with one that waits; then a batch with entries is the first."""
+    start_clock(dut)
+    before = Bench(dut, [40, 30], C, "none")
+    await reset(dut)
+    tasks = [cocotb.start_soon(one()) for one in (before.index, before.key)]
+    while dut.order_valid.value == 0 or dut.order_slot.value == 0:
+        await before.edge
+    for task in tasks:
+        task.cancel()
+    await reset(dut, cycles=1)
+    bench = Bench(dut, [5, 0, 1, 0], C, "none")
+    origin = cycle()
+    await bench.run()
+    bench.check_cycles(origin)

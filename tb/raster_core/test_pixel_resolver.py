@@ -14,6 +14,7 @@ TOP = "gs_pixel_resolver"
 SLOW = True
 SIZE = (130, 70)
 BACKGROUND = (100, BUILD.colour_max, 0)
+CORNERS = [(128, 64), (0, 0), (128, 0), (64, 64)]
 SIDE = 8
 WORD_W = params.LANES * scu.state_w(BUILD)
 FIELDS = ("data", "strb", "last", "rgb")
@@ -22,12 +23,13 @@ FIELDS = ("data", "strb", "last", "rgb")
 class Buffers:
     """The pixel buffers of the four units, filled with random states; subtiles that are not touched hold noise."""
 
-    def __init__(self, dut, seed) -> None:
+    def __init__(self, dut, seed, background) -> None:
+        self.background = background
         r = np.random.default_rng(seed)
         self.touched = r.random((SIDE, SIDE)) < 0.7
         self.t = r.integers(1, (1 << BUILD.t_f) + 1, (64, 64))
         drop = BUILD.t_f + BUILD.colour_f - BUILD.acc_f
-        most = ((1 << BUILD.t_f) - self.t) * max(BACKGROUND) >> drop  # what the layers can have added
+        most = ((1 << BUILD.t_f) - self.t) * max(background) >> drop  # what the layers can have added
         self.acc = (r.random((3, 64, 64)) * most).astype(np.int64)
         noise = rng("noise", seed)
         self.words = {}
@@ -49,13 +51,13 @@ class Buffers:
     def read(self, address: int) -> int:
         return sum(self.words[unit, address] << unit * WORD_W for unit in range(params.UNITS))
 
-    def beats(self, x0: int, y0: int) -> list:
-        rows, columns = min(64, SIZE[1] - y0), min(64, SIZE[0] - x0)
+    def beats(self, x0: int, y0: int, size: tuple[int, int]) -> list:
+        rows, columns = min(64, size[1] - y0), min(64, size[0] - x0)
         value = np.zeros((rows, columns, 3), np.int64)
         for k in range(3):
             for y in range(rows):
                 for x in range(columns):
-                    value[y, x, k] = scu.resolve(BUILD, int(self.acc[k, y, x]), int(self.t[y, x]), BACKGROUND[k])
+                    value[y, x, k] = scu.resolve(BUILD, int(self.acc[k, y, x]), int(self.t[y, x]), self.background[k])
         return pixel_resolver.beats(BUILD, value, np.vectorize(lambda v: scu.to_8_bit(BUILD, v))(value))
 
 
@@ -72,23 +74,25 @@ async def serve(dut, buffers: dict, done: list) -> None:
             dut.pixel_words.value = buffers["now"].read(int(dut.pixel_addr.value))
 
 
-@cocotb.test()
-@cocotb.parametrize(stall=[*STALLS, "after_valid"])
-async def test_tiles_at_the_corners_of_a_picture(dut, stall):
+async def run(dut, tiles: list, stall: str) -> None:
+    """tiles: (origin, size of the picture, background); a change of background waits for the last pixel."""
     start_clock(dut)
     buffers, done = {}, []
     sink = Sink(dut, "px", FIELDS, stall=stall)
     Monitor(dut, "px", FIELDS)
     dut.resolve_start.value = 0
-    dut.cfg_width.value, dut.cfg_height.value = SIZE
-    dut.cfg_bg_red.value, dut.cfg_bg_green.value, dut.cfg_bg_blue.value = BACKGROUND
     cocotb.start_soon(serve(dut, buffers, done))
     await reset(dut)
-    want = []
-    for seed, (x0, y0) in enumerate([(128, 64), (0, 0), (128, 0), (64, 64)]):
-        buffers["now"] = Buffers(dut, seed)
-        beats = buffers["now"].beats(x0, y0)
-        assert len(beats) == pixel_resolver.pixel_beats(np.array([(x0, y0)]), *SIZE)[0]
+    want, before = [], None
+    for seed, ((x0, y0), size, background) in enumerate(tiles):
+        if before not in (None, background):
+            await sink.wait(len(want))
+        before = background
+        dut.cfg_width.value, dut.cfg_height.value = size
+        dut.cfg_bg_red.value, dut.cfg_bg_green.value, dut.cfg_bg_blue.value = background
+        buffers["now"] = Buffers(dut, seed, background)
+        beats = buffers["now"].beats(x0, y0, size)
+        assert len(beats) == pixel_resolver.pixel_beats(np.array([(x0, y0)]), *size)[0]
         dut.resolve_x.value, dut.resolve_y.value = x0, y0
         dut.resolve_start.value = 1
         await sink.edge
@@ -109,3 +113,31 @@ async def test_tiles_at_the_corners_of_a_picture(dut, stall):
     for at, ((data, strobes, last, rgb), wanted) in enumerate(zip(sink.beats, want, strict=True)):
         data, rgb = pixel_resolver.live(BUILD, data, strobes, rgb)
         assert (data, strobes, last, rgb) == wanted, f"beat {at}"
+
+
+@cocotb.test()
+@cocotb.parametrize(stall=[*STALLS, "after_valid"])
+async def test_tiles_at_the_corners_of_a_picture(dut, stall):
+    await run(dut, [(corner, SIZE, BACKGROUND) for corner in CORNERS], stall)
+
+
+@cocotb.test()
+async def test_pictures_of_any_size_and_background(dut):
+    random = rng("sizes").randrange
+    tiles = []
+    for columns, rows in (
+        *(((64, 64),) * 4),
+        (1, 33),
+        (2, 17),
+        (3, 9),
+        (33, 5),
+        (17, 6),
+        (9, 64),
+        (62, 8),
+        (48, 3),
+        (31, 40),
+    ):
+        origin = 64 * random(120), 64 * random(120)
+        size = origin[0] + columns + 64 * random(2), origin[1] + rows
+        tiles.append((origin, size, tuple(random(BUILD.colour_max + 1) for _ in range(3))))
+    await run(dut, tiles, "none")

@@ -14,6 +14,7 @@ TOP = "gs_power_unit"
 SLOW = True
 ORIGIN = (640, 320)
 CORNER = (8184, 8184)  # of the last subtile
+OTHERS = ((5456, 2728), (2728, 5456))  # every second bit
 FIELDS = ("mean_x", "mean_y", "a", "b", "c", "opacity", "x0", "y0")
 
 
@@ -66,6 +67,7 @@ async def test_all_pixels_back_to_back(dut, kind):
     dut.in_valid.value = 0
     await reset(dut)
     beats = seen(kind, 300, seed=11) + seen(kind, 700 if kind == "mixed" else 100, seed=13, origin=CORNER)
+    beats += [beat for origin in OTHERS for beat in seen(kind, 60, seed=14, origin=origin)]
     await check(dut, beats, [0] * len(beats), rng("power", kind))
 
 
@@ -79,6 +81,27 @@ def next_to_saturation() -> list[tuple[int, ...]]:
             middle = ((ORIGIN[0] + 4) << BUILD.mean_f) + half
             beats += [(x, y, step, 0, 0, 0, *ORIGIN), (middle, y, 0, 0, step, 0, *ORIGIN)]
     return beats
+
+
+def steep(n: int) -> list[tuple[int, ...]]:
+    """Any a, b, c and opacity, the mean less than a pixel from the centre of one: |u| and |v| stay small around it."""
+    random = rng("steep").randrange
+    beats, one = [], 1 << BUILD.mean_f
+    for _ in range(n):
+        x, y = (((at + random(8)) << BUILD.mean_f) + random(one) for at in ORIGIN)
+        a, c = (random(1 << random(1, BUILD.chol_w + 1)) for _ in range(2))
+        b = random(-(1 << BUILD.chol_w), 1 << BUILD.chol_w) >> random(BUILD.chol_w)
+        beats.append((x, y, a, b, c, random(1 << BUILD.opacity_w), *ORIGIN))
+    return beats
+
+
+@cocotb.test()
+async def test_steep_ones(dut):
+    start_clock(dut)
+    dut.in_valid.value = 0
+    await reset(dut)
+    beats = steep(4000)
+    await check(dut, beats, [0] * len(beats), rng("power steep"))
 
 
 @cocotb.test()

@@ -12,10 +12,11 @@ from cocotb.triggers import RisingEdge
 
 from golden import params
 from golden.formats import BUILD
-from golden.raster_core import batch_buffer, group_tester, pixel_resolver, timing
+from golden.raster_core import batch_buffer, pixel_resolver, timing
 from golden.raster_core.raster_core import rasterise
 from tb.lib.stream import Monitor, Sink, Source, cycle, four_state, reset, rng, start_clock
 from tb.raster_core.scenes import every_entry, record_words, scene, tiles, walls
+from tb.raster_core.trace import Trace, expected_pixels, expected_tests
 
 TOP = "gs_raster_core"
 SLOW = True
@@ -74,53 +75,6 @@ class Memory:
         cocotb.start_soon(run())
 
 
-def known(value) -> int:
-    """An unknown bit, as of a pixel outside the picture, reads as 0."""
-    return int(value) if value.is_resolvable else int("".join(c if c in "01" else "0" for c in str(value)), 2)
-
-
-async def watch_trace(dut, tests: list, values: list, blends: list) -> None:
-    """Collects the ITUs' results (group, slot, hits), px_rgb of every beat, and the number of pixels blended."""
-    edge = RisingEdge(dut.clk)
-    while True:
-        await edge
-        if dut.rst.value:
-            continue
-        if dut.trace_itu_valid.value:
-            tests.append(tuple(int(s.value) for s in (dut.trace_itu_group, dut.trace_itu_slot, dut.trace_itu_hits)))
-        if dut.px_valid.value and dut.px_ready.value:
-            values.append(known(dut.trace_px_rgb.value))
-            assert int(dut.trace_tile_done.value) == int(dut.px_last.value)
-        else:
-            assert not dut.trace_tile_done.value
-        valid = int(dut.trace_blend_valid.value)
-        if valid:
-            lanes = dut.trace_blend.value
-            for unit in range(params.UNITS):
-                if valid >> unit & 1:
-                    low = unit * params.LANES
-                    blends[0] += int(lanes[low + params.LANES - 1 : low]).bit_count()
-
-
-def expected_tests(result, offsets) -> list:
-    """Every (group, slot, hits) in the order of the tests."""
-    out = []
-    for begin, end in pairwise(offsets):
-        for first, n in batch_buffer.batches(end - begin):
-            hits = group_tester.group_hits(result.bitmaps[begin + first : begin + first + n])
-            out += [(group, slot, int(hits[group, slot])) for group in range(params.GROUPS) for slot in range(n)]
-    return out
-
-
-def expected_pixels(result, tile_xy, width, height) -> list:
-    """Every (data, strb, last, rgb) of the pixel stream, dead pixels 0."""
-    out = []
-    for x0, y0 in tile_xy:
-        where = slice(y0, min(y0 + 64, height)), slice(x0, min(x0 + 64, width))
-        out += pixel_resolver.beats(BUILD, result.value[where], result.rgb8[where])
-    return out
-
-
 async def run(
     dut, features, offsets, words, tile_xy, size, gaps=0, stall="none", latency=LATENCY, interval=INTERVAL, clock=True
 ):
@@ -141,8 +95,7 @@ async def run(
     if not timed:
         for name, fields in (("upd", UPD), ("px", PX), ("feat_req", ("index",))):
             Monitor(dut, name, fields)
-    tests, values, blends = [], [], [0]
-    cocotb.start_soon(watch_trace(dut, tests, values, blends))
+    trace = Trace(dut)
     await reset(dut)
     origin = cycle()
     state = timing.new_state(origin)
@@ -167,16 +120,17 @@ async def run(
         await upd.edge
 
     assert memory.requests == [w & (1 << params.INDEX_W) - 1 for w, last in beats if not last]
-    assert tests == expected_tests(result, offsets)
+    assert trace.tests == expected_tests(result, offsets)
     assert len(upd.beats) == len(want)
     for at, (got, wanted) in enumerate(zip(upd.beats, want, strict=True)):
         assert all(w is None or g == w for g, w in zip(got, wanted, strict=True)), f"upd {at}: {got}, want {wanted}"
     pixels = []
-    for (data, strobes, last), rgb in zip(px.beats, values, strict=True):
+    for (data, strobes, last), (rgb, done) in zip(px.beats, trace.beats, strict=True):
+        assert done == last
         data, rgb = pixel_resolver.live(BUILD, data, strobes, rgb)
         pixels.append((data, strobes, last, rgb))
     assert pixels == expected_pixels(result, tile_xy, width, height)
-    assert blends[0] == result.blends.sum()
+    assert trace.blends == result.blends.sum()
     if timed:
         blocks = np.diff(offsets) // params.CHUNK + 1
         block_offsets = np.concatenate(([0], np.cumsum(blocks)))

@@ -4,23 +4,27 @@ from itertools import pairwise
 
 import cocotb
 import numpy as np
+from cocotbext.axi.sparse_memory import SparseMemory
 
-from golden import dma, records
+from golden import dma, params, records
 from golden.formats import BUILD
-from golden.raster_core import raster_lane
+from golden.raster_core import pixel_resolver, raster_lane
 from golden.raster_core.raster_core import rasterise
 from tb.lib.axi import AxiMemory
 from tb.lib.stream import Monitor, Sink, Source, cycle, reset, start_clock
 from tb.raster_core.scenes import record_words, scene, tiles
+from tb.raster_core.trace import Trace, expected_pixels, expected_tests
 
 TOP = "gs_raster_lane"
 SIMULATORS = ("verilator",)
 SLOW = True
 START = ("column", "row", "line", "n")
-BACKGROUND = (100, 512, 1023)
-WIDTH, HEIGHT, COUNT = 70, 66, 200
-FEATURES, PICTURE, STRIDE, TABLES, REGION = 0x0, 0x4000, 320, 0x10000, 0x2000
-SIZE = 0x40000
+BACKGROUND = (341, 682, 1023)
+FAR = (2752, 704)  # pixel at which the tiles begin that are drawn
+SEEN, COUNT = (70, 66), 200  # pixels of the picture from there on
+WIDTH, HEIGHT = (at + n for at, n in zip(FAR, SEEN, strict=True))
+FEATURES, PICTURE, STRIDE, TABLES, REGION = 0xAAA5_4000, 0x1554_8AB0, 11_312, 0x5555_0AA8, 0x2000
+SIZE = 1 << 32
 
 
 PORTS = {  # of dma.py, by channel
@@ -38,10 +42,11 @@ async def run(
     some: the Gaussians that the tables list. Returns the cycles of done.
     """
     start_clock(dut)
-    features = scene(COUNT, WIDTH, HEIGHT, seed=seed)
-    memory = bytearray(SIZE)
+    features = scene(COUNT, *SEEN, seed=seed)
+    features.mean += np.array(FAR) << BUILD.mean_f
+    memory = SparseMemory(SIZE)
     for index, word in enumerate(record_words(features)):
-        at = BUILD.record_bytes * index
+        at = FEATURES + BUILD.record_bytes * index
         memory[at : at + BUILD.record_bytes] = word.to_bytes(BUILD.record_bytes, "little")
     ports = [
         AxiMemory(
@@ -55,11 +60,12 @@ async def run(
     dut.cfg_feature_addr.value, dut.cfg_frame_addr.value, dut.cfg_frame_stride.value = FEATURES, PICTURE, STRIDE
     start, done = Source(dut, "start", START, stall=stall), Sink(dut, "done", ("n",), stall=stall)
     Monitor(dut, "done", ("n",))
+    trace = Trace(dut)
     await reset(dut)
     origin = cycle()
 
     random = np.random.default_rng(seed)
-    origins = np.array([tiles(WIDTH, HEIGHT)[t % 4] for t in range(len(lengths))])
+    origins = np.array([tiles(*SEEN)[t % 4] + FAR for t in range(len(lengths))])
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
     words = records.entries(np.zeros(offsets[-1], np.int64), random.choice(some, offsets[-1]))
     parts = [slice(a, b) for a, b in pairwise(offsets)]
@@ -76,15 +82,31 @@ async def run(
         data = bytes(memory[at : at + BUILD.entry_bytes * lengths[t]])
         got = records.entries_from_bytes(BUILD, np.frombuffer(data, np.uint8))
         assert np.array_equal(got, want.words_out[part]), t
+    alone = [
+        rasterise(BUILD, (np.array([0, n]), words[p]), features, xy[None], WIDTH, HEIGHT, BACKGROUND)
+        for n, p, xy in zip(lengths, parts, origins, strict=True)
+    ]
+    assert trace.tests == [
+        test for n, result in zip(lengths, alone, strict=True) for test in expected_tests(result, [0, n])
+    ]
+    pixels = [
+        beat
+        for xy, result in zip(origins, alone, strict=True)
+        for beat in expected_pixels(result, xy[None], WIDTH, HEIGHT)
+    ]
+    for (rgb, ended), (_, strobes, last, wanted) in zip(trace.beats, pixels, strict=True):
+        assert (pixel_resolver.live(BUILD, 0, strobes, rgb)[1], ended) == (wanted, last)
+    assert trace.blends == sum(int(result.blends.sum()) for result in alone)
     # The picture is what the last visit of each tile left.
-    last = range(max(0, len(lengths) - 4), len(lengths))
-    table = (
-        np.concatenate(([0], np.cumsum([lengths[t] for t in last]))),
-        np.concatenate([words[parts[t]] for t in last]),
-    )
-    picture = rasterise(BUILD, table, features, origins[list(last)], WIDTH, HEIGHT, BACKGROUND).rgb8
-    rows = np.frombuffer(bytes(memory[PICTURE : PICTURE + STRIDE * HEIGHT]), np.uint8).reshape(HEIGHT, STRIDE)
-    assert np.array_equal(rows[:, : 4 * WIDTH].reshape(HEIGHT, WIDTH, 4)[:, :, :3], picture)
+    picture = np.zeros((SEEN[1], STRIDE // 4, 4), np.uint8)
+    for (x0, y0), result in zip(origins.tolist(), alone, strict=True):
+        rows, columns = slice(y0, min(y0 + params.TILE, HEIGHT)), slice(x0, min(x0 + params.TILE, WIDTH))
+        picture[rows.start - FAR[1] : rows.stop - FAR[1], columns, :3] = result.rgb8[rows, columns]
+        picture[rows.start - FAR[1] : rows.stop - FAR[1], columns, 3] = 255
+    rows = [
+        bytes(memory[at : at + STRIDE]) for at in range(PICTURE + FAR[1] * STRIDE, PICTURE + HEIGHT * STRIDE, STRIDE)
+    ]
+    assert np.array_equal(np.frombuffer(b"".join(rows), np.uint8).reshape(picture.shape), picture)
     assert all(port.idle() for port in ports) and dut.error.value == 0
 
     if stall == "none":

@@ -9,13 +9,13 @@ from golden.formats import BUILD, narrow
 from golden.raster_core import subtile_blender as golden
 from golden.raster_core import subtile_compute_unit as scu
 from tb.lib.stream import cycle, reset, rng, start_clock
+from tb.raster_core import pixel_buffers
 from tb.raster_core.scenes import record_words, scene, walls
 
 TOP = "gs_subtile_blender"
 SLOW = True
 SLOT_W = (params.CHUNK - 1).bit_length()
 FEATURE_W = BUILD.geometry_w + 3 * BUILD.colour_w
-WORD_W = params.LANES * scu.state_w(BUILD)
 UNITS = params.UNITS
 
 
@@ -29,7 +29,7 @@ class Bench:
         self.slots: list[int] = []  # Gaussian in each slot of the batch
         self.lists: list[list[int]] = [[]] * UNITS
         self.shown: tuple = ([], [[]] * UNITS)  # slots and lists as the memories hold them
-        self.blends = 0
+        self.blends, self.random = 0, rng("slots")
         for name in ("blend_valid", "list_valid", "resolve_done", "pixel_en"):
             getattr(dut, name).value = 0
         cocotb.start_soon(self.memories())
@@ -48,7 +48,8 @@ class Bench:
             for unit in range(UNITS):
                 if reading >> unit & 1:
                     pos = int(dut.list_pos.value) >> unit * SLOT_W & (1 << SLOT_W) - 1
-                    dut.list_slot.value = self.shown[1][unit][pos] << unit * SLOT_W
+                    others = self.random.getrandbits(UNITS * SLOT_W) & ~((1 << SLOT_W) - 1 << unit * SLOT_W)
+                    dut.list_slot.value = others | self.shown[1][unit][pos] << unit * SLOT_W
             self.shown = self.slots, self.lists
             valid = int(dut.trace_valid.value)
             for unit in range(UNITS):
@@ -101,47 +102,23 @@ class Bench:
         end = golden.store_end(end + 1, held, origin)
         assert await self.seen(dut.resolve_start) == end
         assert (int(dut.resolve_x.value), int(dut.resolve_y.value)) == (x0, y0)
-        await self.compare(state, x0, y0)
+        await pixel_buffers.compare(dut, state)
         assert self.blends == blends
         return end
 
-    async def compare(self, state, x0: int, y0: int) -> None:
-        """Reads the pixel buffers as the resolver does, and frees them."""
-        dut = self.dut
-        touched = int(dut.touched.value)
-        dead = state[:, 0] == golden.DEAD_T
-        for group in range(params.GROUPS):
-            for beat in range(params.BEATS):
-                dut.pixel_en.value, dut.pixel_addr.value = 1, group * params.BEATS + beat
-                await self.edge
-                dut.pixel_en.value = 0
-                await self.edge
-                words = dut.pixel_words.value
-                for unit in range(UNITS):
-                    subtile = group * UNITS + unit
-                    lanes = slice(beat * params.LANES, (beat + 1) * params.LANES)
-                    if touched >> unit * params.GROUPS + group & 1:
-                        word = int(words[unit * WORD_W + WORD_W - 1 : unit * WORD_W])
-                        t, acc, done = (
-                            field[..., : params.LANES] for field in scu.unpack(BUILD, [word] * params.BEATS)
-                        )
-                        live = ~dead[subtile, lanes]
-                        np.testing.assert_array_equal(t[live], state[subtile, 0, lanes][live])
-                        np.testing.assert_array_equal(acc[:, live], state[subtile, 1:, lanes][:, live])
-                        stopped = state[subtile, 0, lanes] < BUILD.t_stop
-                        np.testing.assert_array_equal(done.astype(bool), stopped)
-                    else:
-                        assert (state[subtile, 1:, lanes] == 0).all()
-        dut.resolve_done.value = 1
-        await self.edge
-        dut.resolve_done.value = 0
 
-
-def random_batch(generator, features, n: int, share: float) -> tuple[list[int], list]:
-    """n slots, each listed by a unit of a group with this probability, whether it touches the subtile or not."""
+def random_batch(
+    generator, features, n: int, share: float, seen=(params.TILE, params.TILE), groups=range(params.GROUPS)
+) -> tuple[list[int], list]:
+    """n slots, each listed with this probability, whether it touches or not, by the subtiles that begin in `seen`."""
     slots = [generator.randrange(len(features.opacity)) for _ in range(n)]
-    groups = range(params.GROUPS)
-    return slots, [[[k for k in range(n) if generator.random() < share] for _ in range(UNITS)] for _ in groups]
+    lists = [[[] for _ in range(UNITS)] for _ in range(params.GROUPS)]
+    for group in groups:
+        for unit in range(UNITS):
+            x, y = params.SUBTILE * (group % 2 * UNITS + unit), params.SUBTILE * (group // 2)
+            if x < seen[0] and y < seen[1]:
+                lists[group][unit] = [k for k in range(n) if generator.random() < share]
+    return slots, lists
 
 
 async def prepare(dut, features, size) -> tuple[Bench, int]:
@@ -164,13 +141,45 @@ async def test_random_lists_over_several_tiles(dut):
     await bench.tile(0, 0, [random_batch(generator, features, 1, 0.5)], origin, 0)
 
 
+@cocotb.test(timeout_time=2_000_000, timeout_unit="step")
+@cocotb.parametrize(cut=[(20, 13), (45, 38), (59, 1), (34, 50), (10, 23)])
+async def test_long_lists_where_a_picture_ends(dut, cut):
+    """The last tile of a row, then the first of the next one, in the far corner."""
+    generator = rng("cut", cut)
+    far = np.array([8000, 3968])
+    features = scene(300, 128, 128, seed=2, sigma=6.0)
+    features.mean += far << BUILD.mean_f
+    bench, origin = await prepare(dut, features, tuple((far + 64 + cut).tolist()))
+    free = origin + 1
+    for corner, batches in (
+        ((64, 0), ((256, 0.7), (128, 0.1), (70, 0.9))),
+        ((0, 64), ((9, 0.5),)),
+        ((64, 64), ((100, 0.7), (0, 0))),
+    ):
+        tile = tuple((far + corner).tolist())
+        seen = tuple(end - at for end, at in zip(bench.size, tile, strict=True))
+        batches = [random_batch(generator, features, n, share, seen) for n, share in batches]
+        await bench.tile(*tile, batches, origin, free)
+        free = 0
+
+
 @cocotb.test(timeout_time=500_000, timeout_unit="step")
-async def test_done_subtiles_sit_out_until_the_tile_ends(dut):
+async def test_a_subtile_stays_over_batches(dut):
+    generator = rng("stays")
+    features = scene(40, 64, 64, seed=3, sigma=6.0)
+    bench, origin = await prepare(dut, features, (64, 64))
+    order = [group for first in range(8) for group in (first, first, first + 8)]
+    batches = [random_batch(generator, features, 3, 0.7, groups=[group]) for group in order]
+    await bench.tile(0, 0, batches, origin, origin + 1)
+
+
+@cocotb.test(timeout_time=500_000, timeout_unit="step")
+@cocotb.parametrize(size=[(61, 35), (64, 64)])
+async def test_done_subtiles_sit_out_until_the_tile_ends(dut, size):
     """Walls finish every subtile; the partial ones too, whose dead pixels count as done."""
     features = walls(10)
-    size = (61, 35)
     bench, origin = await prepare(dut, features, size)
-    inside = range((35 + 7) // 8 * 2)
+    inside = range((size[1] + 7) // 8 * 2)
     lists = [[list(range(10)) if group in inside else []] * UNITS for group in range(params.GROUPS)]
     batch = list(range(10)), lists
     free = origin + 1

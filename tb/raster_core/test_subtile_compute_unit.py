@@ -266,6 +266,7 @@ async def test_reset_in_mid_flight(dut):
         dut.rst.value = 1
         one.source.clear()
         await reset(dut, cycles=1)
+        assert dut.sat_valid.value == dut.trace_valid.value == 0
         one.forget()
         await one.check(session(one.generator, "mixed", 6, seed=100 + distance))
         dut.rst.value = 1

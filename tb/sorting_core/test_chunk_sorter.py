@@ -65,7 +65,7 @@ async def test_cycles_of_the_beats(dut, part):
     first = bench.chunk // part
     await reset(dut)
     run, chunk = bench.sort_n, bench.chunk
-    lengths = [n + more for n in (run, 2 * run, 4 * run, chunk // 2, chunk, 2 * chunk) for more in (-1, 0, 1)]
+    lengths = [n + more for n in (*range(run, chunk + 1, run), 2 * chunk) for more in (-1, 0, 1)]
     for n_a, n_b in ((0, 0), (1, 0), (17, 3), (129, 40), (500, 300), *((n, n % 7) for n in lengths)):
         a, b = entries(n_a, first, invalid=0.1), np.sort(entries(n_b, first, "b", invalid=0.1))
         bench.out.clear()

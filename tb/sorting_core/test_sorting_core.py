@@ -134,7 +134,7 @@ async def test_every_length_in_data_and_cycles(dut, kind):
 async def test_cycles_with_late_input(dut, merge, gap):
     bench = Bench(dut)
     await reset(dut)
-    for n_a, n_b, first in ((0, 0, C), (0, 40, C), (5, 300, C // 2), (300, 40, 100), (513, 1, C), (700, 300, C // 2)):
+    for n_a, n_b, first in ((0, 0, C), (0, 40, C), (5, 300, C // 2), (300, 40, 100), (513, 1, 200), (700, 300, C // 2)):
         a, b = entries(n_a, n_b, gap, invalid=0.2), np.sort(entries(n_b, n_a, gap, invalid=0.2))
         a = np.sort(a) if merge else a
         await bench.timed(a, b, merge, first, late(n_a, gap, n_b), late(n_b, gap, n_a))
