@@ -13,6 +13,7 @@ AT_SETTINGS = (
     "tb.common.test_axi_block_writer",
     "tb.common.test_axi_record_reader",
     "tb.raster_core.test_group_finder",
+    "tb.raster_core.test_row_reach",
     "tb.raster_core.test_subtile_compute_unit",
 )
 

@@ -32,7 +32,7 @@ module gs_row_reach #(
     localparam V_F    = EDGE_F + 3;
     localparam V_W    = V_F + 7;         // SQ6.V_F
     localparam ITU_W  = ITU_F + 2;       // digits of the root
-    localparam REST_W = 2*ITU_W + 1;     // SQ4.(2*ITU_F)
+    localparam REST_W = 2*ITU_W + 2;     // SQ5.(2*ITU_F): a negative limit less the largest |v|^2
     localparam HIGH   = (2*ITU_W + 2) / 3;  // digits of S3
 
     // S1 distance. ~v is |v| - 1, which ITU_MARGIN allows for.
@@ -45,7 +45,7 @@ module gs_row_reach #(
     // S2 square
     reg [REST_W-1:0] s2_rest;
     always @(posedge clk)
-        s2_rest <= in_limit - {{ITU_W+1{1'b0}}, s1_distance} * {{ITU_W+1{1'b0}}, s1_distance};
+        s2_rest <= {in_limit[REST_W-2], in_limit} - {{ITU_W+2{1'b0}}, s1_distance} * {{ITU_W+2{1'b0}}, s1_distance};
 
     // S3, S4 root, digit by digit: digit d is set when the remainder holds 4*root + 1.
     reg s3_empty;
@@ -101,7 +101,7 @@ module gs_row_reach #(
     assign out_empty = s4_empty;
     assign out_reach = s4_root;
 
-    wire unused_ok = &{1'b0, in_flip[V_F-ITU_F-1:0], g_digit[ITU_W-1].remainder};
+    wire unused_ok = &{1'b0, in_flip[V_F-ITU_F-1:0], s2_rest[REST_W-2], g_digit[ITU_W-1].remainder};
 
 endmodule
 
