@@ -40,7 +40,7 @@ module gs_block_buffer #(
     endgenerate
 
     // Memory words [rd_addr, wr_addr) hold entries; the wrap bits tell full from empty. The oldest entry waits in the
-    // memory's output register, which therefore counts as one word more.
+    // memory's output register, which therefore counts as one word more; a block that leaves always finds one there.
     reg  [ADDR_W:0] wr_addr;
     reg  [ADDR_W:0] rd_addr;
     reg             head_valid;
@@ -64,7 +64,7 @@ module gs_block_buffer #(
     wire            read = (wr_addr != rd_addr) && (!head_valid || (out_go && len != 0));
 
     assign in_ready  = !closed && !full;
-    assign out_valid = leaving && (head_valid || len == 0);
+    assign out_valid = leaving;
     assign out_len   = len;
     assign out_last  = last;
 

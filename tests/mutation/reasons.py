@@ -42,13 +42,6 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
             "bank 0 is free when bank 1 is written: costs cycles, which the bench of gs_raster_core counts",
         ),
     ],
-    "gs_block_buffer": [
-        (
-            "assign out_valid = leaving",
-            "const1 at logic_or.A[0]",
-            "a block leaves a cycle behind its end at the earliest, when its first entry waits in the memory's output",
-        ),
-    ],
     "gs_late_buffer": [
         ("bank_xy [0:2]", "blend_y[1]", "a tile's origin is a multiple of its side"),
         ("geometry_slot <= test_slot", "procmux.A", "it counts in the one cycle behind its read only"),
