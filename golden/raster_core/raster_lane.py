@@ -4,7 +4,7 @@ Cycles are named as in timing.py. The table of a tile comes through a list reade
 reader; all tables and pixels are taken at once. `step` takes the lane through one tile on the memory of golden/dma.py.
 With another memory its parts are called one by one:
 
-    begin_tile      the list reader takes its command; the caller finds when the entries come
+    begin_tile      core and list reader take the tile; the caller finds when the entries come
     request_batch   tells when records are asked for; the caller finds when they come
     work_batch      tells when the batch is written back
     end_tile        tells when the pixels are written; the caller finds when both have been answered
@@ -30,8 +30,7 @@ PIXEL_BYTES = 4
 BEAT_PIXELS = dma.PIXEL_BEAT // PIXEL_BYTES
 
 # State of the lane, behind that of the core
-LIST_FREE = timing.STATE_N  # the list reader takes a command
-DONES = LIST_FREE + 1  # done beats of the last TILES tiles, in a ring
+DONES = timing.STATE_N  # done beats of the last TILES tiles, in a ring
 BEGUN = DONES + TILES  # tiles so far
 FINISHED = BEGUN + 1
 ROOM = FINISHED + 1  # the core has room for a request
@@ -64,22 +63,20 @@ def new_state(origin: int = 0) -> np.ndarray:
     """State int64[STATE_N] of a lane whose reset is low from cycle `origin` on."""
     state = np.full(STATE_N, origin - 1, np.int64)
     state[: timing.STATE_N] = timing.new_state(origin)
-    state[[LIST_FREE, READER]] = origin
+    state[READER] = origin
     state[[BEGUN, FINISHED, REQUESTED]] = 0
     return state
 
 
 @numba.njit(cache=True)
 def begin_tile(state, start):
-    """(start taken, list reader's command taken): start is offered from cycle `start` on.
+    """Cycle in which core and list reader take a start that is offered from cycle `start` on.
 
-    The core and the list reader take the tile each as soon as it can; the later of them ends the start. The tile TILES
-    before must be finished.
+    Both are free behind the end beat of the last tile's list. The tile TILES before must be finished.
     """
     offered = max(start, state[DONES + state[BEGUN] % TILES] + 1)
-    listed = max(offered, state[LIST_FREE])
     state[BEGUN] += 1
-    return max(listed, timing.begin_tile(state[: timing.STATE_N], offered)), listed
+    return timing.begin_tile(state[: timing.STATE_N], offered)
 
 
 @numba.njit(cache=True)
@@ -113,9 +110,7 @@ def request_batch(state, arrivals, heads, whole, asked):
         asked[k] = _ask(state, fill, 2 if heads[k] < whole else 1)
     last = len(arrivals) > m
     if last:
-        end = max(fill, arrivals[m], state[ROOM])
-        state[LIST_FREE] = dma.list_next(end)
-        fill = end + 1
+        fill = max(fill, arrivals[m], state[ROOM]) + 1
     timing.close_batch(core, fill, last)
     return fill
 
@@ -150,8 +145,8 @@ def step(state, start, words, address, x, y, counts, view, latency, ports, times
     of rasterise. Fills times int64[TIMES_N].
     """
     n = len(words)
-    times[START], listed = begin_tile(state, start)
-    arrivals = dma.list_arrival(listed, n, view.entry, address, dma.TABLE, ports, latency)
+    times[START] = begin_tile(state, start)
+    arrivals = dma.list_arrival(times[START], n, view.entry, address, dma.TABLE, ports, latency)
     heads = dma.record_heads(words & INDEX_MASK, view.record, view.feature)
     whole = view.record // dma.BEAT
     asked = np.empty(params.CHUNK, np.int64)

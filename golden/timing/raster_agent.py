@@ -48,7 +48,7 @@ def begin(raster, s, tile, offered, memory):
     """The lane takes a tile that is offered from `offered` on; returns the cycle in which it does."""
     state = raster.state[s]
     if raster.core == GROUPS:
-        taken, listed = raster_lane.begin_tile(raster.unit[s], offered)
+        taken = listed = raster_lane.begin_tile(raster.unit[s], offered)
     else:
         offered = max(offered, raster.dones[s, state[COUNT] % TILES] + 1)
         listed = max(offered, state[LIST_FREE])

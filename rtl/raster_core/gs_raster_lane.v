@@ -4,7 +4,7 @@
 //                           ▲    │       └─► pixel writer ───────────────────────────┘
 //                           │    └─► queue ─► record reader ─┐
 //                           └────────────────────────────────┘
-//   Up to TILES tiles lie between start and done. start_ready sees the core and the list reader, and start_valid.
+//   Up to TILES tiles lie between start and done. start_ready sees registers only.
 //   Cycles of a tile: golden/raster_core/raster_lane.py
 
 `default_nettype none
@@ -122,29 +122,18 @@ module gs_raster_lane #(
         end
     endgenerate
 
-    // The raster core takes the tile, the list reader its table; with the later one the start is taken, and the writers
-    // get their commands
+    // The raster core takes the tile and the list reader its table in one cycle, and the writers get their commands:
+    // both are free behind the table's last beat
     reg  [COUNT_W-1:0] started;         // tiles between start and done: the queues never fill
-    reg                tile_sent;
-    reg                list_sent;
-    wire               start   = start_valid && started != TILES_N;
     wire               raster_tile_ready;
     wire               table_cmd_ready;
-    wire               tile_ok = tile_sent || raster_tile_ready;
-    wire               list_ok = list_sent || table_cmd_ready;
-    wire               done_go = done_valid && done_ready;
-    wire               start_go = start && tile_ok && list_ok;
-    assign start_ready = started != TILES_N && tile_ok && list_ok;
+    wire               start_go = start_valid && start_ready;
+    wire               done_go  = done_valid && done_ready;
+    assign start_ready = started != TILES_N && raster_tile_ready && table_cmd_ready;
 
     always @(posedge clk) begin
-        tile_sent <= start && tile_ok && !list_ok;
-        list_sent <= start && list_ok && !tile_ok;
-        started   <= started + {{COUNT_W-1{1'b0}}, start_go} - {{COUNT_W-1{1'b0}}, done_go};
-        if (rst) begin
-            tile_sent <= 1'b0;
-            list_sent <= 1'b0;
-            started   <= {COUNT_W{1'b0}};
-        end
+        started <= started + {{COUNT_W-1{1'b0}}, start_go} - {{COUNT_W-1{1'b0}}, done_go};
+        if (rst) started <= {COUNT_W{1'b0}};
     end
 
     wire                   entry_valid;
@@ -154,7 +143,7 @@ module gs_raster_lane #(
     wire                   table_error;
     gs_axi_list_reader #(.ADDR_W(ADDR_W), .N_W(N_W)) table_reader (
         .clk(clk), .rst(rst),
-        .cmd_valid(start && !list_sent), .cmd_ready(table_cmd_ready),
+        .cmd_valid(start_go), .cmd_ready(table_cmd_ready),
         .cmd_addr({start_line, 3'd0}), .cmd_n(start_n),
         .m_axi_arvalid(m_axi_table_arvalid), .m_axi_arready(m_axi_table_arready), .m_axi_araddr(m_axi_table_araddr),
         .m_axi_arlen(m_axi_table_arlen), .m_axi_arsize(m_axi_table_arsize), .m_axi_arburst(m_axi_table_arburst),
@@ -204,7 +193,7 @@ module gs_raster_lane #(
     gs_raster_core raster_core (
         .clk(clk), .rst(rst), .cfg_width(cfg_width), .cfg_height(cfg_height),
         .cfg_bg_red(cfg_bg_red), .cfg_bg_green(cfg_bg_green), .cfg_bg_blue(cfg_bg_blue),
-        .tile_valid(start && !tile_sent), .tile_ready(raster_tile_ready),
+        .tile_valid(start_go), .tile_ready(raster_tile_ready),
         .tile_x({start_column, 6'd0}), .tile_y({start_row, 6'd0}),
         .entry_valid(entry_valid), .entry_ready(entry_ready), .entry_last(entry_last), .entry_word(entry_word),
         .feat_valid(feat_valid), .feat_ready(feat_ready), .feat_record(feat_record),
