@@ -39,7 +39,9 @@ def test_a_mutant_at_an_input_that_the_part_ignores_is_equivalent(monkeypatch, r
     lane.folder.mkdir(parents=True, exist_ok=True)
     mutants = {one.wire: one for one in netlist.draw(lane, 5000) if (one.mode, one.cell) == ("inv", "reader_a")}
     for wire, same in (("m_axi_a_rlast[0]", True), ("m_axi_a_rresp[1]", False)):
-        ports, _ = equivalent.open_pair(lane, mutants[wire], lane.folder, parts=True)
+        part = equivalent.changed_part(lane, mutants[wire])
+        assert part[0].stem == "gs_axi_list_reader"
+        ports, _ = equivalent.open_pair(lane, mutants[wire], lane.folder, part)
         (lane.folder / "product.v").write_text(equivalent.product(ports, {}, states=False))
         assert equivalent.decide(lane.folder) is same, wire
 

@@ -4,7 +4,8 @@ Unit and mutant get the same inputs and the same answers from their parts; the i
 ABC shows that no output differs: first with the same values in all registers, in any state (a change without any
 effect); then by induction and property directed reachability over the states that occur. There, each register starts
 with the same unknown value in both, the first two cycles are a reset, and the fields of a stream count while its valid
-is high, an address of a memory while its enable is.
+is high, an address of a memory while its enable is. What a part does with a bit counts too: in any state, with the
+part at whose port the change is, or with all of them.
 """
 
 from __future__ import annotations
@@ -79,25 +80,40 @@ def product(ports: dict[str, dict], registers: dict[str, str], states: bool) -> 
 
 
 def prove(unit: Unit, mutant: Mutant) -> str:
-    """How it was proven ("any state", "reachable states" or "any state, with its parts"), or nothing."""
+    """How it was proven, one of those below, or nothing."""
     folder = unit.folder / "equivalent" / str(mutant.number)
     folder.mkdir(parents=True, exist_ok=True)
-    for parts, ways in (
-        (False, ((False, "any state"), (True, "reachable states"))),
-        (True, ((False, "any state, with its parts"),)),
-    ):
-        ports, registers = open_pair(unit, mutant, folder, parts)
-        for states, said in ways if ports else ():
-            if states and not registers:
-                continue
-            (folder / "product.v").write_text(product(ports, registers, states))
-            if decide(folder):
-                return said
+    part, parts = changed_part(unit, mutant), below(unit.module)
+    ways = [("any state", [], False)]
+    ways += [("any state, with the part that is changed", part, False)] * bool(part)
+    ways += [("reachable states", [], True)]
+    ways += [("any state, with its parts", parts, False)] * bool(parts)
+    for said, inside, states in ways:
+        ports, registers = open_pair(unit, mutant, folder, inside)
+        if not ports or (states and not registers):
+            continue
+        (folder / "product.v").write_text(product(ports, registers, states))
+        if decide(folder):
+            return said
     return ""
 
 
-def open_pair(unit: Unit, mutant: Mutant, folder: Path, parts: bool) -> tuple[dict, dict[str, str]]:
-    """Unit and mutant as `opened` gives them, in open.json; parts: with what lies below them, down to the memories."""
+def below(module: str) -> list[Path]:
+    """Files of the modules inside a module, down to the memories."""
+    return [path for path in builds.sources(module) if path.stem not in (module, "gs_ram")]
+
+
+def changed_part(unit: Unit, mutant: Mutant) -> list[Path]:
+    """The part at whose port the mutant is, and what is inside it; nothing where it is not at a part."""
+    cells = json.loads((unit.folder / "unit.json").read_text())["modules"][unit.module]["cells"]
+    kind = cells[mutant.cell.lstrip("\\")]["type"]
+    if kind not in builds.modules() or kind == "gs_ram":
+        return []
+    return [builds.modules()[kind], *below(kind)]
+
+
+def open_pair(unit: Unit, mutant: Mutant, folder: Path, inside: list[Path]) -> tuple[dict, dict[str, str]]:
+    """Unit and mutant as `opened` gives them, in open.json; inside: files of the parts that are not left out."""
     place = folder.relative_to(ROOT)
     change = mutant.command.replace(f"-module {unit.module} ", "-module gate ")
     script = [
@@ -106,8 +122,7 @@ def open_pair(unit: Unit, mutant: Mutant, folder: Path, parts: bool) -> tuple[di
         "copy gold gate",
         change,
     ]
-    if parts:
-        inside = [path for path in builds.sources(unit.module) if path.stem not in (unit.module, "gs_ram")]
+    if inside:
         script += [f"delete ={path.stem}" for path in inside]
         script += [f"read_verilog -Irtl {path.relative_to(ROOT)}" for path in inside]
         script += ["setattr -mod -unset top *", "hierarchy -check", "proc", "opt_expr", "flatten", "opt_clean"]

@@ -109,12 +109,13 @@ def parse(number: int, line: str) -> Mutant:
 
 
 def draw(unit: Unit, count: int) -> list[Mutant]:
-    """The unit's mutants (fewer where it has fewer), and its netlist without them: unit.il."""
+    """The unit's mutants (fewer where it has fewer), and its netlist without them: unit.il, unit.json."""
     place = unit.folder.relative_to(ROOT)
     drawn = unit.folder / "list.txt"
     drawn.unlink(missing_ok=True)
+    written = [f"write_rtlil {place}/unit.il", f"write_json {place}/unit.json"]
     draw = f"mutate -list {count + count // 2} -seed {SEED} -o {place}/list.txt"
-    done = formal.yosys(unit.folder, [*elaborate(unit), "memory_collect", f"write_rtlil {place}/unit.il", draw])
+    done = formal.yosys(unit.folder, [*elaborate(unit), "memory_collect", *written, draw])
     if done.returncode or not drawn.exists():
         raise InputError(f"Yosys draws no mutants, see {place}/log.txt\n{done.stderr}")
     lines = [line.strip() for line in drawn.read_text().splitlines() if not LEFT_OUT.search(line)]
