@@ -46,7 +46,7 @@ async def test_short_groups_follow_long_ones_under_stalls(dut, source_stall, sin
     await reset(dut)
     g = bench.n
     for turn, n in enumerate((g, 3, 0, 1, g - 1, g, 0, 0, g // 2 - 1, 2 * g + 1, 3 * g, 2)):
-        falling = (20 - turn) << 40
+        falling = (20 - turn) << BUILD.entry_w - 8
         bench.send(falling + np.sort(entries(n, turn) >> 10)[::-1])
     await bench.board.finish()
 
