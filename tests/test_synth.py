@@ -26,7 +26,8 @@ COMPARED = (
 )  # fmt: skip
 UNITS = (
     "gs_merge_sort_unit", "gs_exp2_unit", "gs_bitonic_sort_unit", "gs_chunk_sorter", "gs_intersection_test_unit",
-    "gs_group_test_unit", "gs_power_unit", "gs_pixel_blender", "gs_candidate_matrix", "gs_hit_queue",
+    "gs_group_test_unit", "gs_power_unit", "gs_subtile_compute_unit", "gs_candidate_matrix", "gs_hit_queue",
+    "gs_group_finder", "gs_late_sorter",
 )  # fmt: skip
 ARRAY_BITS = 128  # small arrays of registers that a module may have, for each time it occurs
 
