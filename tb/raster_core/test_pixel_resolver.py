@@ -1,5 +1,7 @@
 """gs_pixel_resolver: every live pixel once and in order, at one beat a cycle, from a pixel buffer of random states."""
 
+from itertools import product
+
 import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
@@ -125,19 +127,9 @@ async def test_tiles_at_the_corners_of_a_picture(dut, stall):
 async def test_pictures_of_any_size_and_background(dut):
     random = rng("sizes").randrange
     tiles = []
-    for columns, rows in (
-        *(((64, 64),) * 4),
-        (1, 33),
-        (2, 17),
-        (3, 9),
-        (33, 5),
-        (17, 6),
-        (9, 64),
-        (62, 8),
-        (48, 3),
-        (31, 40),
-    ):
+    sizes = ((64, 64), (64, 64), (1, 33), (2, 17), (3, 9), (33, 5), (17, 6), (9, 64), (62, 8), (48, 3), (31, 40))
+    for (columns, rows), beyond in product(sizes, (0, 64)):
         origin = 64 * random(120), 64 * random(120)
-        size = origin[0] + columns + 64 * random(2), origin[1] + rows
+        size = origin[0] + columns + beyond, origin[1] + rows
         tiles.append((origin, size, tuple(random(BUILD.colour_max + 1) for _ in range(3))))
     await run(dut, tiles, "none")

@@ -1,5 +1,7 @@
 """gs_power_unit: p of all 64 pixels, exact and on time, for Gaussians back to back and with gaps."""
 
+from itertools import product
+
 import cocotb
 from cocotb.triggers import RisingEdge
 
@@ -72,12 +74,12 @@ async def test_all_pixels_back_to_back(dut, kind):
 
 
 def next_to_saturation() -> list[tuple[int, ...]]:
-    """u or v of the first pixel within some codes of -4 and 4, where |u| rounds to the end of UQ2.DIST_F."""
+    """u or v of a column or row within some codes of -4 and 4, where |u| rounds to the end of UQ2.DIST_F."""
     beats, half = [], 1 << (BUILD.mean_f - 1)
-    for near in range(-24, 25):
-        step = (1 << BUILD.chol_f) + near
-        for distance in (-4, 4):
-            x, y = (((at - distance) << BUILD.mean_f) + half for at in ORIGIN)
+    for pixel in range(params.SUBTILE):
+        for near, distance in product(range(-24, 25, 3), (-4, 4)):
+            step = (1 << BUILD.chol_f) + near
+            x, y = (((at + pixel - distance) << BUILD.mean_f) + half for at in ORIGIN)
             middle = ((ORIGIN[0] + 4) << BUILD.mean_f) + half
             beats += [(x, y, step, 0, 0, 0, *ORIGIN), (middle, y, 0, 0, step, 0, *ORIGIN)]
     return beats

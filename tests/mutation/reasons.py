@@ -138,10 +138,13 @@ SURVIVORS: dict[str, list[tuple[str, str, str]]] = {
     "gs_power_unit": [
         (
             "if (in_valid) begin",
-            "s1_a[17]",
+            "s1_a[",
             "it is inverted in each cycle that it waits, and read in the second and the fourth",
         ),
-        ("always @(posedge clk) begin", "s5_a[7]", "the same: read in the fourth"),
+        ("if (in_valid) begin", "s1_dx[23]", "the same: read in the second"),
+        ("always @(posedge clk) begin", "s5_near[0]", "the same: read in the second"),
+        ("always @(posedge clk) begin", "s5_a[", "the same: read in the fourth"),
+        ("s9_live = |start_q[12:9]", "reduce_or.A", "it saves power only: what stands at S9 is not looked at then"),
         ("always @(posedge clk) begin", "start_q[9]", "s9_live saves power only: what stands there is not looked at"),
     ],
     "gs_sort_sequencer": [
